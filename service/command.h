@@ -1,0 +1,13 @@
+/* A subcommand of the binary: one file command_NAME.c, one declaration here, one row in main.c. */
+#ifndef SERVICE_COMMAND_H
+#define SERVICE_COMMAND_H
+
+enum { COMMAND_DONE = 0, COMMAND_FAILED = 1, COMMAND_USAGE = 2 };
+
+struct command {
+	const char *name;
+	int (*run)(int argc, char **argv); /* argv[0] is the command's name; returns an exit code */
+	const char *summary;
+};
+
+#endif

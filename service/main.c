@@ -1,0 +1,41 @@
+/* tightwire: the table of subcommands, from which the usage text is printed too. */
+#include "service/command.h"
+
+#include "tightwire.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const struct command commands[] = {
+	{NULL, NULL, NULL},
+};
+
+static void print_usage(FILE *out)
+{
+	fprintf(out,
+		"tightwire " TW_VERSION ": lays the wires of smart clothing\n\nusage: tightwire COMMAND [options]\n\n");
+	for (const struct command *c = commands; c->name; c++)
+		fprintf(out, "  %-10s %s\n", c->name, c->summary);
+	fprintf(out, "\n`tightwire COMMAND --help` explains each. Exit codes: 0 done, 1 failed, 2 usage.\n");
+}
+
+int main(int argc, char **argv)
+{
+	if (argc < 2) {
+		print_usage(stderr);
+		return COMMAND_USAGE;
+	}
+	if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "help")) {
+		print_usage(stdout);
+		return COMMAND_DONE;
+	}
+	if (!strcmp(argv[1], "--version")) {
+		printf("tightwire " TW_VERSION "\n");
+		return COMMAND_DONE;
+	}
+	for (const struct command *c = commands; c->name; c++)
+		if (!strcmp(c->name, argv[1]))
+			return c->run(argc - 1, argv + 1);
+	fprintf(stderr, "tightwire: no command \"%s\"; see tightwire --help\n", argv[1]);
+	return COMMAND_USAGE;
+}

@@ -1,0 +1,121 @@
+/* Blocks in a list, newest first. A block is at least ARENA_BLOCK bytes; a larger request gets a block of its own. The
+ * budget counts what was handed out, not what the blocks hold, so that it does not depend on the block size. */
+#include "solver/arena.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ARENA_ALIGN = 64, ARENA_BLOCK = 1 << 20 };
+
+struct block {
+	struct block *older; /* owned */
+	size_t capacity;     /* bytes behind the header */
+	size_t used;
+};
+
+struct arena {
+	struct block *newest; /* owned */
+	size_t budget;
+	size_t total; /* bytes handed out */
+	size_t peak;
+};
+
+static size_t round_up(size_t size)
+{
+	return (size + ARENA_ALIGN - 1) & ~(size_t)(ARENA_ALIGN - 1);
+}
+
+static char *block_bytes(struct block *block)
+{
+	return (char *)block + round_up(sizeof *block);
+}
+
+struct arena *arena_new(size_t budget)
+{
+	struct arena *arena = calloc(1, sizeof *arena);
+	if (arena)
+		arena->budget = budget ? budget : SIZE_MAX;
+	return arena;
+}
+
+void arena_free(struct arena *arena)
+{
+	if (!arena)
+		return;
+	arena_release(arena, (struct arena_mark){0});
+	free(arena);
+}
+
+static struct block *block_push(struct arena *arena, size_t size)
+{
+	size_t capacity = size > ARENA_BLOCK ? size : ARENA_BLOCK;
+	size_t bytes;
+	if (__builtin_add_overflow(capacity, round_up(sizeof(struct block)), &bytes))
+		return NULL;
+	struct block *block = aligned_alloc(ARENA_ALIGN, bytes);
+	if (!block)
+		return NULL;
+	*block = (struct block){.older = arena->newest, .capacity = capacity};
+	arena->newest = block;
+	return block;
+}
+
+void *arena_array(struct arena *arena, size_t count, size_t size)
+{
+	size_t bytes;
+	if (__builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX - ARENA_ALIGN)
+		return NULL;
+	bytes = round_up(bytes);
+	if (bytes > arena->budget - arena->total)
+		return NULL;
+	struct block *block = arena->newest;
+	if (!block || bytes > block->capacity - block->used)
+		block = block_push(arena, bytes);
+	if (!block)
+		return NULL;
+	void *memory = block_bytes(block) + block->used;
+	block->used += bytes;
+	arena->total += bytes;
+	if (arena->total > arena->peak)
+		arena->peak = arena->total;
+	return memory;
+}
+
+void *arena_zeroed(struct arena *arena, size_t count, size_t size)
+{
+	void *memory = arena_array(arena, count, size);
+	if (memory)
+		memset(memory, 0, count * size);
+	return memory;
+}
+
+struct arena_mark arena_mark(const struct arena *arena)
+{
+	return (struct arena_mark){
+		.block = arena->newest,
+		.used = arena->newest ? arena->newest->used : 0,
+		.total = arena->total,
+	};
+}
+
+void arena_release(struct arena *arena, struct arena_mark mark)
+{
+	while (arena->newest && arena->newest != mark.block) {
+		struct block *older = arena->newest->older;
+		free(arena->newest);
+		arena->newest = older;
+	}
+	if (arena->newest)
+		arena->newest->used = mark.used;
+	arena->total = mark.total;
+}
+
+size_t arena_used(const struct arena *arena)
+{
+	return arena->total;
+}
+
+size_t arena_peak(const struct arena *arena)
+{
+	return arena->peak;
+}

@@ -1,0 +1,62 @@
+/* A garment: a triangle mesh worn on a body together with its flat cutting pattern (method 1).
+ *
+ * Order is identity: vertices, pattern positions and faces keep the order of the file they came from, because motions,
+ * terminals and layouts refer to them by number. */
+#ifndef SOLVER_GARMENT_GARMENT_H
+#define SOLVER_GARMENT_GARMENT_H
+
+#include "solver/arena.h"
+#include "tightwire.h"
+
+#define GARMENT_NONE UINT32_MAX
+
+/* The primary arrays; everything else is derived. A vertex on a seam has one pattern position for each piece it belongs
+ * to. All arrays are borrowed from the arena that the garment was made in. */
+struct garment {
+	uint32_t vertex_count;
+	uint32_t face_count;
+	uint32_t coord_count; /* pattern positions */
+	uint32_t piece_count;
+	double *position;      /* [vertex_count][3] worn rest pose, mm */
+	double *pattern;       /* [coord_count][2] flat pattern, mm */
+	uint32_t *face_vertex; /* [face_count][3] vertex of each corner */
+	uint32_t *face_coord;  /* [face_count][3] pattern position of each corner; counter-clockwise in the pattern */
+	uint32_t *face_piece;  /* [face_count] */
+	char **piece_name;     /* [piece_count] UTF-8, distinct */
+};
+
+enum edge_kind {
+	EDGE_INNER, /* two faces that share the pattern positions along the edge */
+	EDGE_SEAM,  /* two faces with different pattern positions: two pieces (or two sides of a dart) sewn together */
+	EDGE_HEM,   /* one face */
+};
+
+/* Derived from a garment in O(faces). Edge e has ends edge_vertex[2e] < edge_vertex[2e + 1]; edges are numbered in the
+ * order in which faces first meet them (face by face, corner by corner), so equal garments give equal numbers. Side k
+ * of corner k of a face is the edge from corner k to corner (k + 1) % 3. */
+struct topology {
+	uint32_t edge_count;
+	uint32_t component_count;
+	uint32_t *edge_vertex; /* [edge_count][2] */
+	uint32_t *edge_face;   /* [edge_count][2] the faces on it, the lower first; GARMENT_NONE where there is none */
+	uint8_t *edge_side;    /* [edge_count][2] which side of that face it is, 0…2 */
+	uint8_t *edge_kind;    /* [edge_count] enum edge_kind */
+	uint32_t *face_edge;   /* [face_count][3] edge of each side */
+	uint32_t *vertex_component; /* [vertex_count] 0…component_count-1, numbered by lowest vertex */
+};
+
+/* TW_ERROR_INPUT names the edge and faces where an edge has more than two faces; TW_ERROR_MEMORY. */
+enum tw_status topology_build(struct topology *topology, struct arena *arena, const struct garment *garment,
+			      struct tw_error *error) TW_NODISCARD;
+
+/* A garment as named arrays, the form in which it is stored and served; see struct tw_array. Borrowed from the garment;
+ * `arena` holds the packed piece names. */
+enum { GARMENT_ARRAYS = 6 };
+enum tw_status garment_to_arrays(const struct garment *garment, struct arena *arena,
+				 struct tw_array arrays[GARMENT_ARRAYS], struct tw_error *error) TW_NODISCARD;
+
+/* The inverse. Borrows the arrays' data; checks every index, so that a damaged store is an error and no crash. */
+enum tw_status garment_from_arrays(struct garment *garment, struct arena *arena, const struct tw_array *arrays,
+				   size_t count, struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,59 @@
+#!/bin/sh
+# run.sh [unit|http]: runs the C tests (cmocka) and the HTTP, contract and process tests (Node's test runner), each to
+# its end, and closes with one line that counts them. Exit 1 when a test failed, or when none ran.
+#   BUILD      folder of the built programs        TIGHTWIRE  the binary
+#   DATA       real suits, INSTANCES Steiner instances; tests that need them are skipped where they are not
+set -u
+which=${1:-all}
+logs="$BUILD/test-logs"
+rm -rf "$logs"; mkdir -p "$logs"
+passed=0 failed=0 skipped=0
+
+count() { grep -c "$1" "$2" || true; }
+
+run_unit() {
+	for program in $(find "$BUILD/tests/unit" -type f -perm -u+x ! -name '*.o' ! -name '*.d' | sort); do
+		name=${program#"$BUILD"/tests/unit/}
+		log="$logs/unit-$(echo "$name" | tr / -).tap"
+		CMOCKA_MESSAGE_OUTPUT=TAP "$program" >"$log" 2>"$log.err"
+		code=$?
+		ok=$(count '^ok ' "$log"); skip=$(count '^ok .*# SKIP' "$log"); bad=$(count '^not ok ' "$log")
+		# A crash counts as a failed test even when every line before it was ok.
+		[ $code -ne 0 ] && [ "$bad" -eq 0 ] && bad=1
+		[ "$ok" -eq 0 ] && [ "$bad" -eq 0 ] && bad=1
+		passed=$((passed + ok - skip)); failed=$((failed + bad)); skipped=$((skipped + skip))
+		if [ "$bad" -gt 0 ]; then
+			echo "FAIL unit/$name (exit $code)"
+			grep -A 12 '^not ok ' "$log" | head -n 60
+			tail -n 30 "$log.err"
+		else
+			echo "ok   unit/$name: $((ok - skip)) passed$([ "$skip" -gt 0 ] && echo ", $skip skipped")"
+		fi
+	done
+}
+
+run_http() {
+	log="$logs/http.tap"
+	node --test --test-reporter=tap tests/http/*.test.mjs >"$log" 2>&1
+	code=$?
+	ok=$(sed -n 's/^# pass //p' "$log"); bad=$(sed -n 's/^# fail //p' "$log"); skip=$(sed -n 's/^# skipped //p' "$log")
+	cancelled=$(sed -n 's/^# cancelled //p' "$log")
+	ok=${ok:-0} bad=$((${bad:-0} + ${cancelled:-0})) skip=${skip:-0}
+	[ $code -ne 0 ] && [ "$bad" -eq 0 ] && bad=1
+	passed=$((passed + ok)); failed=$((failed + bad)); skipped=$((skipped + skip))
+	if [ "$bad" -gt 0 ]; then
+		echo "FAIL http"
+		grep -A 25 '^ *not ok ' "$log" | head -n 200
+	else
+		echo "ok   http: $ok passed$([ "$skip" -gt 0 ] && echo ", $skip skipped")"
+	fi
+}
+
+case $which in
+unit) run_unit ;;
+http) run_http ;;
+*) run_unit; run_http ;;
+esac
+[ $((passed + failed)) -eq 0 ] && failed=1
+echo "$passed passed, $failed failed, $skipped skipped"
+[ "$failed" -eq 0 ]
