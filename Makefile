@@ -16,7 +16,7 @@ test_packages := cmocka geos
 
 # --- what is compiled ------------------------------------------------------------------------------------------------
 rooms := solver storage api service
-sources = $(sort $(shell find $(wildcard $(1)) -name '*.c' -o -name '*.cc'))
+sources = $(if $(wildcard $(1)),$(sort $(shell find $(wildcard $(1)) -name '*.c' -o -name '*.cc')))
 objects = $(patsubst %,$(out)/%.o,$(1))
 unit_tests := $(patsubst tests/unit/%.c,$(out)/tests/unit/%,$(call sources,tests/unit))
 benches := $(patsubst tests/bench/%.c,$(out)/tests/bench/%,$(call sources,tests/bench))
