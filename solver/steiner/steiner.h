@@ -17,6 +17,21 @@ enum steiner_outcome {
 			     */
 };
 
+/* What can be switched off for a test; the weight of the tree must stay the same. */
+enum steiner_feature {
+	STEINER_REDUCTIONS = 1 << 0,   /* general reductions: degree, special distance */
+	STEINER_PRIMAL = 1 << 1,       /* primal heuristics beyond the first tree */
+	STEINER_REASCENT = 1 << 2,     /* drop and re-ascend in the dual */
+	STEINER_FIXING = 1 << 3,       /* deletion by reduced costs */
+	STEINER_SEPARATORS = 1 << 4,   /* separator pruning in the dynamic program */
+	STEINER_FUTURE_COST = 1 << 5,  /* label pruning by the dual bound */
+	STEINER_GUESSING = 1 << 6,     /* guessed upper bounds */
+	STEINER_PLANARITY = 1 << 7,    /* ring tests that need an embedding */
+	STEINER_CUTS = 1 << 8,         /* branch and cut */
+	STEINER_PERTURBATION = 1 << 9, /* breaking of ties by fine weights */
+	STEINER_DYNAMIC = 1 << 10,     /* dynamic programming (then branch and cut must do it) */
+};
+
 /* What is known so far; the tree is valid, borrowed, and good for the duration of the call. */
 struct steiner_progress {
 	uint64_t weight;      /* of the best tree so far, UINT64_MAX for none */

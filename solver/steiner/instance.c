@@ -1,0 +1,304 @@
+/* Purpose: build, shrink and expand instances. Everything is a rebuild of the rows from an edge list: a stage that
+ * deletes or contracts describes what is left, and instance_replace numbers it densely again. That costs one pass over
+ * the edges, which every stage spends many times over anyway, and leaves arrays without holes for the hot loops. */
+#include "solver/steiner/instance.h"
+
+#include <string.h>
+
+static uint64_t mix(uint64_t x) /* splitmix64, Steele, Lea & Flood 2014 */
+{
+	x += 0x9e3779b97f4a7c15u;
+	x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+	x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+	return x ^ (x >> 31);
+}
+
+static unsigned bits(uint64_t x)
+{
+	return x ? 64u - (unsigned)__builtin_clzll(x) : 0u;
+}
+
+/* A tree has fewer edges than 2^bits(vertices), each amount is below 2^10: the sum stays below 2^shift. */
+enum { AMOUNT_BITS = 10, WEIGHT_BITS = 62 };
+
+static unsigned choose_shift(const struct graph *graph)
+{
+	uint64_t total = 0;
+	for (uint32_t e = 0; e < graph->edge_count; e++)
+		if (__builtin_add_overflow(total, graph->weight[e], &total))
+			return 0;
+	unsigned shift = bits(graph->vertex_count) + AMOUNT_BITS;
+	return bits(total) + shift <= WEIGHT_BITS ? shift : 0;
+}
+
+static void fill_rows(struct instance *instance)
+{
+	uint32_t n = instance->vertex_count, m = instance->edge_count, *first = instance->first;
+	const uint32_t *ends = instance->ends;
+	memset(first, 0, ((size_t)n + 1) * sizeof *first);
+	for (uint32_t i = 0; i < 2 * m; i++)
+		first[ends[i] + 1]++;
+	for (uint32_t v = 0; v < n; v++)
+		first[v + 1] += first[v];
+	for (uint32_t e = 0; e < m; e++) {
+		uint32_t u = ends[2 * e], v = ends[2 * e + 1];
+		instance->head[first[u]] = v, instance->edge[first[u]++] = e;
+		instance->head[first[v]] = u, instance->edge[first[v]++] = e;
+	}
+	memmove(first + 1, first, (size_t)n * sizeof *first);
+	first[0] = 0;
+}
+
+/* Marks with 1 + order every vertex of the component of `start`, and returns how many there are. */
+static uint32_t number_component(const struct graph *graph, uint32_t start, uint8_t *seen, uint32_t *queue)
+{
+	uint32_t count = 0;
+	queue[count++] = start;
+	seen[start] = 1;
+	for (uint32_t i = 0; i < count; i++)
+		for (uint32_t a = graph->first[queue[i]]; a < graph->first[queue[i] + 1]; a++)
+			if (!seen[graph->head[a]]) {
+				seen[graph->head[a]] = 1;
+				queue[count++] = graph->head[a];
+			}
+	return count;
+}
+
+static int allocate(struct instance *instance, struct arena *arena, uint32_t n, uint32_t m, uint32_t k)
+{
+	instance->first = ARENA_ARRAY(arena, (size_t)n + 1, uint32_t);
+	instance->head = ARENA_ARRAY(arena, 2 * (size_t)m, uint32_t);
+	instance->edge = ARENA_ARRAY(arena, 2 * (size_t)m, uint32_t);
+	instance->ends = ARENA_ARRAY(arena, 2 * (size_t)m, uint32_t);
+	instance->weight = ARENA_ARRAY(arena, m, uint64_t);
+	instance->origin = ARENA_ARRAY(arena, m, uint32_t);
+	instance->terminal = ARENA_ARRAY(arena, k, uint32_t);
+	instance->terminal_at = ARENA_ARRAY(arena, n, uint32_t);
+	instance->pair_capacity = m;
+	instance->pair = arena_array(arena, m, sizeof *instance->pair);
+	instance->taken_capacity = n;
+	instance->taken = ARENA_ARRAY(arena, n, uint32_t);
+	return instance->first && instance->head && instance->edge && instance->ends && instance->weight &&
+	       instance->origin && instance->terminal && instance->terminal_at && instance->pair && instance->taken;
+}
+
+enum tw_status instance_init(struct instance *instance, struct arena *arena, const struct graph *graph,
+			     const uint32_t *terminals, uint32_t terminal_count, int perturb, uint32_t apart[2])
+{
+	uint32_t n = graph->vertex_count, m = graph->edge_count;
+	*instance = (struct instance){.origin_leaf_count = m, .shift = perturb ? choose_shift(graph) : 0};
+	if (!allocate(instance, arena, n, m, terminal_count))
+		return TW_ERROR_MEMORY;
+
+	struct arena_mark mark = arena_mark(arena);
+	uint8_t *seen = ARENA_ZEROED(arena, n, uint8_t);
+	uint32_t *queue = ARENA_ARRAY(arena, n, uint32_t);
+	uint32_t *number = ARENA_ARRAY(arena, n, uint32_t);
+	enum tw_status status = seen && queue && number ? TW_OK : TW_ERROR_MEMORY;
+	if (status == TW_OK) {
+		number_component(graph, terminals[0], seen, queue);
+		for (uint32_t i = 0; i < terminal_count && status == TW_OK; i++)
+			if (!seen[terminals[i]]) {
+				apart[0] = terminals[0];
+				apart[1] = terminals[i];
+				status = TW_ERROR_NOT_FOUND;
+			}
+	}
+	if (status == TW_OK) {
+		for (uint32_t v = 0; v < n; v++)
+			number[v] = seen[v] ? instance->vertex_count++ : INSTANCE_NONE;
+		for (uint32_t e = 0; e < m; e++) {
+			uint32_t u = number[graph->ends[2 * e]], v = number[graph->ends[2 * e + 1]];
+			if (u == INSTANCE_NONE || u == v)
+				continue;
+			uint32_t i = instance->edge_count++;
+			instance->ends[2 * i] = u, instance->ends[2 * i + 1] = v;
+			instance->weight[i] = graph->weight[e] << instance->shift;
+			if (instance->shift)
+				instance->weight[i] |= mix(e) >> (64 - AMOUNT_BITS);
+			instance->origin[i] = e;
+		}
+		memset(instance->terminal_at, 0xff, (size_t)instance->vertex_count * sizeof(uint32_t));
+		for (uint32_t i = 0; i < terminal_count; i++) {
+			uint32_t v = number[terminals[i]];
+			if (instance->terminal_at[v] != INSTANCE_NONE)
+				continue;
+			instance->terminal_at[v] = instance->terminal_count;
+			instance->terminal[instance->terminal_count++] = v;
+		}
+		fill_rows(instance);
+	}
+	arena_release(arena, mark);
+	return status;
+}
+
+uint32_t instance_join(struct instance *instance, uint32_t origin_a, uint32_t origin_b)
+{
+	if (instance->pair_count == instance->pair_capacity)
+		return INSTANCE_NONE;
+	instance->pair[instance->pair_count][0] = origin_a;
+	instance->pair[instance->pair_count][1] = origin_b;
+	return instance->origin_leaf_count + instance->pair_count++;
+}
+
+void instance_take(struct instance *instance, uint32_t origin, uint64_t weight)
+{
+	if (instance->taken_count < instance->taken_capacity) {
+		instance->taken[instance->taken_count++] = origin;
+		instance->base += weight;
+	}
+}
+
+/* Drops all but the lightest of parallel edges, in place: for each vertex in turn the edges to later vertices. */
+static void drop_parallel(struct instance_edit *edit, uint32_t n, const uint32_t *first, const uint32_t *row,
+			  uint32_t *lightest, uint8_t *drop)
+{
+	memset(lightest, 0xff, (size_t)n * sizeof *lightest);
+	for (uint32_t v = 0; v < n; v++) {
+		for (uint32_t a = first[v]; a < first[v + 1]; a++) {
+			uint32_t e = row[a], u = edit->ends[2 * e] ^ edit->ends[2 * e + 1] ^ v, other = lightest[u];
+			if (u < v)
+				continue;
+			if (other == INSTANCE_NONE) {
+				lightest[u] = e;
+			} else if (edit->weight[e] < edit->weight[other]) {
+				drop[other] = 1;
+				lightest[u] = e;
+			} else {
+				drop[e] = 1;
+			}
+		}
+		for (uint32_t a = first[v]; a < first[v + 1]; a++)
+			lightest[edit->ends[2 * row[a]] ^ edit->ends[2 * row[a] + 1] ^ v] = INSTANCE_NONE;
+	}
+}
+
+static void copy_edges(struct instance *instance, const struct instance_edit *edit, const uint8_t *drop,
+		       const uint32_t *number)
+{
+	uint32_t count = 0;
+	for (uint32_t e = 0; e < edit->edge_count; e++) {
+		if (drop && drop[e])
+			continue;
+		instance->ends[2 * count] = number[edit->ends[2 * e]];
+		instance->ends[2 * count + 1] = number[edit->ends[2 * e + 1]];
+		instance->weight[count] = edit->weight[e];
+		instance->origin[count] = edit->origin[e];
+		count++;
+	}
+	instance->edge_count = count;
+}
+
+/* Numbers the vertices in use densely in `number`, then moves edges and terminals over. */
+static void renumber(struct instance *instance, const struct instance_edit *edit, const uint8_t *drop, uint32_t *number)
+{
+	uint32_t n = instance->vertex_count, count = 0;
+	memset(number, 0xff, (size_t)n * sizeof *number);
+	for (uint32_t i = 0; i < 2 * edit->edge_count; i++)
+		if (!drop || !drop[i / 2])
+			number[edit->ends[i]] = 0;
+	for (uint32_t t = 0; t < edit->terminal_count; t++)
+		number[edit->terminal[t]] = 0;
+	for (uint32_t v = 0; v < n; v++)
+		if (number[v] == 0)
+			number[v] = count++;
+	instance->vertex_count = count;
+	copy_edges(instance, edit, drop, number);
+	instance->terminal_count = edit->terminal_count;
+	memset(instance->terminal_at, 0xff, (size_t)count * sizeof(uint32_t));
+	for (uint32_t t = 0; t < edit->terminal_count; t++) {
+		instance->terminal[t] = number[edit->terminal[t]];
+		instance->terminal_at[instance->terminal[t]] = t;
+	}
+	fill_rows(instance);
+}
+
+enum tw_status instance_replace(struct instance *instance, struct arena *scratch, struct instance_edit *edit,
+				uint32_t *number)
+{
+	struct arena_mark mark = arena_mark(scratch);
+	size_t n = instance->vertex_count, m = edit->edge_count;
+	uint32_t *first = ARENA_ZEROED(scratch, n + 2, uint32_t);
+	uint32_t *row = ARENA_ARRAY(scratch, 2 * m, uint32_t);
+	uint32_t *lightest = ARENA_ARRAY(scratch, n, uint32_t);
+	uint8_t *drop = ARENA_ZEROED(scratch, m, uint8_t);
+	enum tw_status status = first && row && lightest && drop ? TW_OK : TW_ERROR_MEMORY;
+	if (status == TW_OK) {
+		for (size_t i = 0; i < 2 * m; i++)
+			first[edit->ends[i] + 2]++;
+		for (size_t v = 0; v < n; v++)
+			first[v + 2] += first[v + 1];
+		for (size_t i = 0; i < 2 * m; i++)
+			row[first[edit->ends[i] + 1]++] = (uint32_t)(i / 2);
+		drop_parallel(edit, (uint32_t)n, first, row, lightest, drop);
+		renumber(instance, edit, drop, number ? number : lightest);
+	}
+	arena_release(scratch, mark);
+	return status;
+}
+
+enum tw_status instance_keep(struct instance *instance, struct arena *scratch, const uint8_t *keep, uint32_t *number)
+{
+	struct arena_mark mark = arena_mark(scratch);
+	size_t k = instance->terminal_count;
+	uint32_t *buffer = ARENA_ARRAY(scratch, number ? 1 : instance->vertex_count, uint32_t);
+	uint32_t *terminal = ARENA_ARRAY(scratch, k, uint32_t);
+	enum tw_status status = buffer && terminal ? TW_OK : TW_ERROR_MEMORY;
+	if (status == TW_OK) {
+		uint32_t count = 0;
+		for (uint32_t e = 0; e < instance->edge_count; e++) {
+			if (!keep[e])
+				continue;
+			instance->ends[2 * count] = instance->ends[2 * e];
+			instance->ends[2 * count + 1] = instance->ends[2 * e + 1];
+			instance->weight[count] = instance->weight[e];
+			instance->origin[count++] = instance->origin[e];
+		}
+		memcpy(terminal, instance->terminal, k * sizeof *terminal);
+		/* Writing never overtakes reading, so that the arrays can be their own source. */
+		struct instance_edit edit = {.edge_count = count,
+					     .ends = instance->ends,
+					     .weight = instance->weight,
+					     .origin = instance->origin,
+					     .terminal_count = (uint32_t)k,
+					     .terminal = terminal};
+		renumber(instance, &edit, NULL, number ? number : buffer);
+	}
+	arena_release(scratch, mark);
+	return status;
+}
+
+enum tw_status instance_expand(const struct instance *instance, struct arena *scratch, const uint32_t *edges,
+			       uint32_t edge_count, uint32_t *leaves, uint32_t *leaf_count)
+{
+	struct arena_mark mark = arena_mark(scratch);
+	uint32_t leaf_limit = instance->origin_leaf_count;
+	/* Every pair is opened once, so that a stack of all pairs and all starting origins suffices. */
+	size_t room = (size_t)edge_count + instance->taken_count + instance->pair_count + 1;
+	uint32_t *stack = ARENA_ARRAY(scratch, room, uint32_t);
+	uint8_t *seen = ARENA_ZEROED(scratch, (size_t)leaf_limit + instance->pair_count, uint8_t);
+	enum tw_status status = stack && seen ? TW_OK : TW_ERROR_MEMORY;
+	if (status == TW_OK) {
+		size_t top = 0;
+		uint32_t count = 0;
+		for (uint32_t i = 0; i < edge_count; i++)
+			stack[top++] = instance->origin[edges[i]];
+		for (uint32_t i = 0; i < instance->taken_count; i++)
+			stack[top++] = instance->taken[i];
+		while (top) {
+			uint32_t origin = stack[--top];
+			if (seen[origin])
+				continue;
+			seen[origin] = 1;
+			if (origin < leaf_limit) {
+				leaves[count++] = origin;
+			} else {
+				stack[top++] = instance->pair[origin - leaf_limit][0];
+				stack[top++] = instance->pair[origin - leaf_limit][1];
+			}
+		}
+		*leaf_count = count;
+	}
+	arena_release(scratch, mark);
+	return status;
+}

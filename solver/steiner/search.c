@@ -1,0 +1,230 @@
+/* Purpose: the books of a search: effort, limits, best tree, proven bound.
+ *
+ * A candidate is any set of edges that connects the terminals. It is made a tree on the caller's graph, not on the
+ * instance, because edges of the instance may share the caller's edges: a minimum spanning tree of the candidate,
+ * without its bare ends, can only be lighter. Nothing becomes the best tree that steiner_verify has not seen. */
+#include "solver/steiner/search.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { POLL_WORK = 200000 };
+static const double progress_period_s = 0.1;
+
+double search_clock_s(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void report(struct search *search, double now_s)
+{
+	search->last_progress_s = now_s;
+	if (!search->options->progress)
+		return;
+	struct steiner_progress progress = {
+		.weight = search->best_weight,
+		.lower_bound = search->lower_bound,
+		.edges = search->best_edges,
+		.edge_count = search->best_count,
+		.work = search->work,
+		.stage = search->stage,
+	};
+	search->options->progress(search->options->context, &progress);
+}
+
+int search_poll(struct search *search)
+{
+	const struct steiner_options *options = search->options;
+	if (search->stop)
+		return 0;
+	search->next_poll = search->work + POLL_WORK;
+	if (options->work_limit) {
+		if (search->work >= options->work_limit) {
+			search->stop = SEARCH_LIMIT;
+			search->next_poll = 0;
+			return 0;
+		}
+		if (search->next_poll > options->work_limit)
+			search->next_poll = options->work_limit;
+	}
+	if (options->cancelled && options->cancelled(options->context))
+		search->stop = SEARCH_CANCELLED;
+	double now_s = search_clock_s();
+	if (!search->stop && options->time_limit_s > 0 && now_s - search->started_s >= options->time_limit_s)
+		search->stop = SEARCH_LIMIT;
+	if (search->stop)
+		search->next_poll = 0;
+	else if (now_s - search->last_progress_s >= progress_period_s)
+		report(search, now_s);
+	return !search->stop;
+}
+
+void search_enter(struct search *search, const char *stage)
+{
+	search->stage = stage;
+	report(search, search_clock_s());
+}
+
+static uint32_t find(uint32_t *parent, uint32_t v)
+{
+	while (parent[v] != v)
+		v = parent[v] = parent[parent[v]];
+	return v;
+}
+
+struct weighted {
+	uint64_t weight;
+	uint32_t edge;
+};
+
+static int compare_weighted(const void *a, const void *b)
+{
+	const struct weighted *x = a, *y = b;
+	if (x->weight != y->weight)
+		return x->weight < y->weight ? -1 : 1;
+	return (x->edge > y->edge) - (x->edge < y->edge);
+}
+
+static int compare_edges(const void *a, const void *b)
+{
+	uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+	return (x > y) - (x < y);
+}
+
+/* Kruskal on the candidate: returns the number of edges kept, at the front of `sorted`. `parent` is undefined outside
+ * of the candidate's ends. */
+static uint32_t span(const struct graph *graph, struct weighted *sorted, uint32_t count, uint32_t *parent)
+{
+	for (uint32_t i = 0; i < count; i++)
+		for (uint32_t side = 0; side < 2; side++) {
+			uint32_t v = graph->ends[2 * sorted[i].edge + side];
+			parent[v] = v;
+		}
+	qsort(sorted, count, sizeof *sorted, compare_weighted);
+	uint32_t kept = 0;
+	for (uint32_t i = 0; i < count; i++) {
+		uint32_t u = find(parent, graph->ends[2 * sorted[i].edge]);
+		uint32_t v = find(parent, graph->ends[2 * sorted[i].edge + 1]);
+		if (u == v)
+			continue;
+		parent[u] = v;
+		sorted[kept++] = sorted[i];
+	}
+	return kept;
+}
+
+/* Removes leaves that are not terminals. degree and link (exclusive or of the incident positions) describe the forest;
+ * gone edges get the edge number INSTANCE_NONE. */
+static void cut_bare_ends(const struct graph *graph, struct weighted *tree, uint32_t count, const uint8_t *wanted,
+			  uint32_t *degree, uint32_t *link)
+{
+	for (uint32_t i = 0; i < count; i++)
+		for (uint32_t side = 0; side < 2; side++)
+			degree[graph->ends[2 * tree[i].edge + side]] = link[graph->ends[2 * tree[i].edge + side]] = 0;
+	for (uint32_t i = 0; i < count; i++)
+		for (uint32_t side = 0; side < 2; side++) {
+			uint32_t v = graph->ends[2 * tree[i].edge + side];
+			degree[v]++;
+			link[v] ^= i;
+		}
+	for (uint32_t i = 0; i < count; i++)
+		for (uint32_t side = 0; side < 2; side++) {
+			if (tree[i].edge == INSTANCE_NONE)
+				break;
+			uint32_t v = graph->ends[2 * tree[i].edge + side];
+			while (degree[v] == 1 && !wanted[v]) {
+				uint32_t gone = link[v], e = tree[gone].edge;
+				uint32_t u = graph->ends[2 * e] ^ graph->ends[2 * e + 1] ^ v;
+				tree[gone].edge = INSTANCE_NONE;
+				degree[v] = 0;
+				degree[u]--;
+				link[u] ^= gone;
+				v = u;
+			}
+		}
+}
+
+static enum tw_status keep_if_better(struct search *search, const struct weighted *tree, uint32_t count,
+				     uint32_t *edges)
+{
+	uint32_t kept = 0;
+	uint64_t weight = 0;
+	for (uint32_t i = 0; i < count; i++)
+		if (tree[i].edge != INSTANCE_NONE) {
+			edges[kept++] = tree[i].edge;
+			weight += tree[i].weight;
+		}
+	if (weight >= search->best_weight)
+		return TW_OK;
+	qsort(edges, kept, sizeof *edges, compare_edges);
+	enum tw_status status = steiner_verify(search->graph, search->terminals, search->terminal_count, edges, kept,
+					       weight, search->error);
+	if (status != TW_OK)
+		return status;
+	memcpy(search->best_edges, edges, kept * sizeof *edges);
+	search->best_count = kept;
+	search->best_weight = weight;
+	return TW_OK;
+}
+
+enum tw_status search_offer_leaves(struct search *search, const uint32_t *edges, uint32_t edge_count)
+{
+	const struct graph *graph = search->graph;
+	struct arena_mark mark = arena_mark(search->arena);
+	size_t n = graph->vertex_count;
+	struct weighted *sorted = ARENA_ARRAY(search->arena, edge_count, struct weighted);
+	uint32_t *kept = ARENA_ARRAY(search->arena, edge_count, uint32_t);
+	uint32_t *degree = ARENA_ARRAY(search->arena, n, uint32_t);
+	uint32_t *link = ARENA_ARRAY(search->arena, n, uint32_t);
+	uint8_t *wanted = ARENA_ZEROED(search->arena, n, uint8_t);
+	enum tw_status status = sorted && kept && degree && link && wanted ? TW_OK : TW_ERROR_MEMORY;
+	if (status == TW_OK) {
+		for (uint32_t i = 0; i < search->terminal_count; i++)
+			wanted[search->terminals[i]] = 1;
+		for (uint32_t i = 0; i < edge_count; i++)
+			sorted[i] = (struct weighted){.weight = graph->weight[edges[i]], .edge = edges[i]};
+		uint32_t count = span(graph, sorted, edge_count, degree);
+		cut_bare_ends(graph, sorted, count, wanted, degree, link);
+		status = keep_if_better(search, sorted, count, kept);
+	}
+	arena_release(search->arena, mark);
+	return status;
+}
+
+enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32_t edge_count)
+{
+	struct arena_mark mark = arena_mark(search->arena);
+	uint32_t count = 0, *leaves = ARENA_ARRAY(search->arena, search->graph->edge_count, uint32_t);
+	enum tw_status status =
+		leaves ? instance_expand(&search->instance, search->arena, edges, edge_count, leaves, &count)
+		       : TW_ERROR_MEMORY;
+	if (status == TW_OK)
+		status = search_offer_leaves(search, leaves, count);
+	arena_release(search->arena, mark);
+	return status;
+}
+
+void search_bound(struct search *search, uint64_t fine_bound)
+{
+	uint64_t bound = (fine_bound + search->instance.base) >> search->instance.shift;
+	if (bound > search->lower_bound)
+		search->lower_bound = bound;
+	if (search->lower_bound > search->best_weight)
+		search->lower_bound = search->best_weight;
+}
+
+uint64_t search_cutoff(const struct search *search)
+{
+	if (search->best_weight == UINT64_MAX)
+		return UINT64_MAX;
+	uint64_t fine = search->best_weight << search->instance.shift;
+	return fine > search->instance.base ? fine - search->instance.base : 0;
+}
+
+int search_is_proven(const struct search *search)
+{
+	return search->lower_bound >= search->best_weight;
+}

@@ -1,0 +1,72 @@
+/* What all stages share beside the instance: limits, effort, the best tree and the proven bound. */
+#ifndef SOLVER_STEINER_SEARCH_H
+#define SOLVER_STEINER_SEARCH_H
+
+#include "solver/steiner/instance.h"
+#include "solver/steiner/steiner.h"
+
+enum search_stop { SEARCH_GOES_ON, SEARCH_LIMIT, SEARCH_CANCELLED, SEARCH_MEMORY };
+
+struct search {
+	const struct graph *graph; /* borrowed: the caller's */
+	const uint32_t *terminals; /* borrowed: the caller's */
+	uint32_t terminal_count;
+	const struct steiner_options *options; /* borrowed */
+	struct steiner_stats *stats;           /* borrowed */
+	struct arena *arena;      /* owned by steiner_solve; scratch of all stages, taken and released like a stack */
+	struct instance instance; /* the problem in hand */
+
+	uint64_t best_weight; /* the caller's units; UINT64_MAX until there is a tree */
+	uint32_t *best_edges; /* [best_count] the caller's edges */
+	uint32_t best_count;
+	uint64_t lower_bound; /* the caller's units; proven */
+
+	uint64_t work;      /* units spent: about one for each arc that is looked at */
+	uint64_t next_poll; /* work at which clock and `cancelled` are asked again */
+	double started_s, last_progress_s;
+	enum search_stop stop;  /* why the stages must come to an end */
+	const char *stage;      /* static: "dual ascent" */
+	struct tw_error *error; /* borrowed; may be NULL */
+};
+
+/* Counts effort. False when the search must stop: the stage then returns TW_ERROR_CANCELLED at once. Call it at least
+ * every 100,000 units; it is cheap. */
+static inline int search_spend(struct search *search, uint64_t units);
+
+/* Offers a set of edges of the instance (or, for search_offer_leaves, of the caller's graph) that connects the
+ * terminals. It is expanded, made a tree, pruned to the terminals, checked by steiner_verify and kept when it is
+ * lighter than the best. Returns TW_ERROR_MEMORY, or TW_ERROR_INTERNAL for a set that does not connect them. */
+enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32_t edge_count) TW_NODISCARD;
+enum tw_status search_offer_leaves(struct search *search, const uint32_t *edges, uint32_t edge_count) TW_NODISCARD;
+
+/* Reports a proven lower bound on the fine weight of the instance's trees (without instance.base). */
+void search_bound(struct search *search, uint64_t fine_bound);
+
+/* Only trees of the instance with a fine weight (without instance.base) below this are better than the best one: what
+ * reaches it can be cut off. UINT64_MAX while there is no tree. */
+uint64_t search_cutoff(const struct search *search);
+
+/* True when best tree and bound have met. */
+int search_is_proven(const struct search *search);
+
+/* Monotonic clock: for limits, progress and statistics only. */
+double search_clock_s(void);
+
+/* Names the stage for progress reports, and reports. */
+void search_enter(struct search *search, const char *stage);
+
+/* True when a feature is not switched off. */
+static inline int search_uses(const struct search *search, enum steiner_feature feature)
+{
+	return !(search->options->disable & feature);
+}
+
+int search_poll(struct search *search); /* for search_spend only */
+
+static inline int search_spend(struct search *search, uint64_t units)
+{
+	search->work += units;
+	return search->work < search->next_poll || search_poll(search);
+}
+
+#endif

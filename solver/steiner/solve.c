@@ -1,0 +1,96 @@
+/* Purpose: the solver's table of contents: the stages in their order, and how their outcomes become an answer. */
+#include "solver/steiner/dp.h"
+#include "solver/steiner/primal.h"
+#include "solver/steiner/search.h"
+
+#include <string.h>
+
+static enum tw_status run_stages(struct search *search)
+{
+	int found = 0;
+	search_enter(search, "first tree");
+	enum tw_status status = primal_first(search);
+	if (status != TW_OK)
+		return status;
+	search_enter(search, "dynamic program");
+	status = dp_solve_plain(search, &found);
+	if (status == TW_OK)
+		search->lower_bound = search->best_weight;
+	return status;
+}
+
+/* TW_ERROR_MEMORY and TW_ERROR_CANCELLED are outcomes as soon as there is a tree. */
+static enum tw_status conclude(struct search *search, enum tw_status status, struct arena *arena,
+			       struct steiner_tree *tree)
+{
+	if (search->best_weight == UINT64_MAX)
+		return status == TW_OK ? TW_ERROR_INTERNAL : status;
+	if (status == TW_ERROR_INTERNAL || status == TW_ERROR_INPUT)
+		return status;
+	tree->outcome = search_is_proven(search)           ? STEINER_OPTIMAL
+			: search->stop == SEARCH_CANCELLED ? STEINER_CANCELLED
+							   : STEINER_LIMIT;
+	tree->weight = search->best_weight;
+	tree->lower_bound = search->lower_bound;
+	tree->edge_count = search->best_count;
+	tree->edges = ARENA_ARRAY(arena, search->best_count, uint32_t);
+	if (!tree->edges)
+		return TW_ERROR_MEMORY;
+	memcpy(tree->edges, search->best_edges, search->best_count * sizeof *tree->edges);
+	return TW_OK;
+}
+
+static enum tw_status solve_in(struct search *search, struct arena *arena, struct steiner_tree *tree)
+{
+	uint32_t apart[2];
+	search->best_edges = ARENA_ARRAY(search->arena, search->graph->vertex_count, uint32_t);
+	if (!search->best_edges)
+		return TW_ERROR_MEMORY;
+	enum tw_status status = instance_init(&search->instance, search->arena, search->graph, search->terminals,
+					      search->terminal_count, search_uses(search, STEINER_PERTURBATION), apart);
+	if (status == TW_ERROR_NOT_FOUND) {
+		tree->outcome = STEINER_INFEASIBLE;
+		tree->terminal_a = apart[0];
+		tree->terminal_b = apart[1];
+		return TW_OK;
+	}
+	if (status == TW_OK)
+		status = run_stages(search);
+	return conclude(search, status, arena, tree);
+}
+
+enum tw_status steiner_solve(const struct graph *graph, const uint32_t *terminals, uint32_t terminal_count,
+			     const struct steiner_options *options, struct arena *arena, struct steiner_tree *tree,
+			     struct tw_error *error)
+{
+	static const struct steiner_options defaults = {0};
+	*tree = (struct steiner_tree){0};
+	if (!terminal_count)
+		return tw_fail(error, TW_ERROR_INPUT, "steiner-no-terminals", NULL,
+			       "there are no terminals to connect");
+	for (uint32_t i = 0; i < terminal_count; i++)
+		if (terminals[i] >= graph->vertex_count)
+			return tw_fail(error, TW_ERROR_INPUT, "steiner-terminal-range", NULL,
+				       "terminal %u is vertex %u, but the graph has %u vertices", i, terminals[i],
+				       graph->vertex_count);
+	struct search search = {
+		.graph = graph,
+		.terminals = terminals,
+		.terminal_count = terminal_count,
+		.options = options ? options : &defaults,
+		.stats = &tree->stats,
+		.best_weight = UINT64_MAX,
+		.started_s = search_clock_s(),
+		.stage = "start",
+		.error = error,
+	};
+	search.arena = arena_new(search.options->memory_limit);
+	enum tw_status status = search.arena ? solve_in(&search, arena, tree) : TW_ERROR_MEMORY;
+	tree->stats.work = search.work;
+	tree->stats.memory_peak = search.arena ? arena_peak(search.arena) : 0;
+	tree->stats.seconds_total = search_clock_s() - search.started_s;
+	arena_free(search.arena);
+	if (status == TW_ERROR_MEMORY)
+		return tw_fail_memory(error);
+	return status;
+}
