@@ -23,7 +23,21 @@ struct garment {
 	uint32_t *face_coord;  /* [face_count][3] pattern position of each corner; counter-clockwise in the pattern */
 	uint32_t *face_piece;  /* [face_count] */
 	char **piece_name;     /* [piece_count] UTF-8, distinct */
+
+	/* How a frame of a motion, which has the vertices of the file, moves the garment: vertex v lies at the sum over
+	 * k of source_share[v][k] * frame[source_vertex[v][k]]. Both are NULL where the garment has just the file's
+	 * vertices; a welded or refined garment has fewer or more. */
+	uint32_t source_count;   /* vertices of the file, the points of a frame; vertex_count where the two are NULL */
+	uint32_t *source_vertex; /* [vertex_count][3], or NULL */
+	double *source_share;    /* [vertex_count][3], not negative, sum 1; or NULL */
 };
+
+/* Points that a frame of this garment's motions has. */
+uint32_t garment_source_count(const struct garment *garment);
+
+/* The garment's vertices in a frame: `frame` itself where the garment has the file's vertices, else `moved`, filled.
+ * `frame` is [garment_source_count][3], `moved` [vertex_count][3]. */
+const float *garment_frame(const struct garment *garment, const float *frame, float *moved);
 
 enum edge_kind {
 	EDGE_INNER, /* two faces that share the pattern positions along the edge */
@@ -50,12 +64,15 @@ enum tw_status topology_build(struct topology *topology, struct arena *arena, co
 			      struct tw_error *error) TW_NODISCARD;
 
 /* A garment as named arrays, the form in which it is stored and served; see struct tw_array. Borrowed from the garment;
- * `arena` holds the packed piece names. */
-enum { GARMENT_ARRAYS = 6 };
+ * `arena` holds "piece_name" (u8, each name with its terminating 0) and the small ones. `count` becomes 6, and 9 for a
+ * garment with a source_vertex. */
+enum { GARMENT_ARRAYS = 9 };
 enum tw_status garment_to_arrays(const struct garment *garment, struct arena *arena,
-				 struct tw_array arrays[GARMENT_ARRAYS], struct tw_error *error) TW_NODISCARD;
+				 struct tw_array arrays[GARMENT_ARRAYS], size_t *count,
+				 struct tw_error *error) TW_NODISCARD;
 
-/* The inverse. Borrows the arrays' data; checks every index, so that a damaged store is an error and no crash. */
+/* The inverse. Borrows the arrays' data, which must live as long as the garment; checks every index and that every
+ * number is finite, so that a damaged store is an error and no crash. */
 enum tw_status garment_from_arrays(struct garment *garment, struct arena *arena, const struct tw_array *arrays,
 				   size_t count, struct tw_error *error) TW_NODISCARD;
 

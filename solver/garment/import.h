@@ -1,0 +1,69 @@
+/* Garment files in, a checked garment out (method 1).
+ *
+ * Formats: OBJ, PLY, OFF, STL, read by OpenMesh behind a strict check of our own, because OpenMesh drops faces with bad
+ * indexes and takes what is not a number. Two ways in: one OBJ whose `vt` are the flat pattern, or a worn mesh of any
+ * format plus a flat mesh (x y its plane, z ignored) with the same faces in the same order.
+ *
+ * Faces, vertices and pattern positions keep the order of the file. Quads and larger polygons are cut into triangles
+ * along their shortest valid diagonals, and reported. STL has no shared vertices: equal positions are one vertex,
+ * numbered by first use.
+ *
+ * Pieces are the sets of faces joined by edges whose two sides share their pattern positions, numbered by their first
+ * face. A piece is named by its `g`, else its `usemtl`, else its `o`, where its faces agree; else "piece-N". Equal
+ * names get
+ * "-2", "-3", … */
+#ifndef SOLVER_GARMENT_IMPORT_H
+#define SOLVER_GARMENT_IMPORT_H
+
+#include "solver/garment/garment.h"
+#include "solver/garment/options.h"
+
+enum mesh_format { MESH_SNIFF, MESH_OBJ, MESH_PLY, MESH_OFF, MESH_STL };
+
+/* A file in memory. Borrowed. */
+struct garment_source {
+	const void *bytes;
+	size_t size;
+	enum mesh_format format; /* MESH_SNIFF: decided by mesh_format_of_name(name), else by the first bytes */
+	const char *name;        /* file name, for its ending; may be NULL */
+};
+
+/* By the ending (".obj", any case); MESH_SNIFF when it is none of ours. */
+enum mesh_format mesh_format_of_name(const char *name);
+
+/* Something harmless that the user should know. */
+enum { GARMENT_WARNINGS = 12, WARNING_PLACES = 8 };
+
+struct garment_warning {
+	const char *type;               /* static slug: "isolated-vertices" */
+	const char *place_kind;         /* static: "vertex", "face", "line", "piece" */
+	uint64_t count;                 /* how many places in all */
+	uint32_t place[WARNING_PLACES]; /* the first of them; numbers from 0, lines from 1 */
+	uint32_t place_count;
+	char text[256]; /* one sentence */
+};
+
+struct garment_report {
+	struct garment_warning warning[GARMENT_WARNINGS]; /* at most one of a type */
+	uint32_t warning_count;
+	enum mesh_format format; /* of the worn file, as it was read */
+	uint32_t polygon_count;  /* in the file, before triangulation and refinement */
+	uint32_t file_vertices;  /* in the file, before welding and refinement */
+	uint32_t inner_edges;    /* of the garment, by kind */
+	uint32_t seam_edges;
+	uint32_t hem_edges;
+	uint32_t component_count;
+	double worn_box_mm[2][3]; /* least and largest */
+	double pattern_box_mm[2][2];
+	double worn_area_mm2;
+	double pattern_area_mm2;
+};
+
+/* Reads `worn`, and `pattern` where it is not NULL. The garment lives in `arena`, as does all working memory (returned
+ * before the end, except on failure). Errors: TW_ERROR_INPUT with a stable type and the line, byte, face or vertex in
+ * `where` (numbers of faces and vertices from 0, of lines from 1); TW_ERROR_LIMIT; TW_ERROR_MEMORY. */
+enum tw_status garment_import(struct garment *garment, struct arena *arena, const struct garment_source *worn,
+			      const struct garment_source *pattern, const struct import_options *options,
+			      struct garment_report *report, struct tw_error *error) TW_NODISCARD;
+
+#endif

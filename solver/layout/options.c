@@ -1,0 +1,25 @@
+/* The table of layout options. */
+#include "solver/layout/options.h"
+
+#include <math.h>
+
+static const char *const baselines[] = {"unit", "length", "none", NULL};
+
+#define AT(field) offsetof(struct layout_options, field)
+
+static const struct option rows[] = {
+	{"baseline", OPTION_CHOICE, AT(baseline), NULL, BASELINE_UNIT, 0, 0, baselines,
+	 "layout to compare with: fewest edges (as the paper), shortest rest length, or none"},
+	{"time_limit_s", OPTION_NUMBER, AT(time_limit_s), "s", 0, 0, 86400, NULL,
+	 "end the search for the optimum after this time with the best tree and its bound; 0 for no limit"},
+	{"minimum_radius_mm", OPTION_NUMBER_OR_AUTO, AT(minimum_radius_mm), "mm", NAN, 0.1, 1000, NULL,
+	 "smallest radius of the wires' curves; auto is half the strip width"},
+	{"tolerance_mm", OPTION_NUMBER_OR_AUTO, AT(tolerance_mm), "mm", NAN, 0.01, 1000, NULL,
+	 "how far a curve may stray from the tree's path on the mesh; auto chooses from strip width and mesh"},
+	{"seam_clearance_mm", OPTION_NUMBER_OR_AUTO, AT(seam_clearance_mm), "mm", NAN, 0, 1000, NULL,
+	 "distance that curves keep from cut lines that they do not cross; auto is half the strip width"},
+	{"elongation", OPTION_FLAG, AT(elongation), NULL, 1, 0, 1, NULL,
+	 "read the motions' frames and report how far the wires are stretched"},
+};
+
+const struct option_table layout_option_table = {rows, sizeof rows / sizeof *rows};

@@ -1,0 +1,25 @@
+/* The options of a layout, as one table: used by the command line, by the request check and by the worker alike. */
+#ifndef SOLVER_LAYOUT_OPTIONS_H
+#define SOLVER_LAYOUT_OPTIONS_H
+
+#include "solver/option.h"
+
+enum layout_baseline {
+	BASELINE_UNIT,   /* fewest edges, the paper's minimum-length baseline */
+	BASELINE_LENGTH, /* shortest rest length */
+	BASELINE_NONE,
+};
+
+struct layout_options {
+	int baseline;        /* enum layout_baseline: what the layout is compared with */
+	double time_limit_s; /* of the Steiner search; 0 for none. With a limit the answer depends on the machine */
+	double minimum_radius_mm; /* of the curves; NaN for half the strip width */
+	double tolerance_mm;      /* how far a curve may stray from the tree's path; NaN chooses from strip and mesh */
+	double seam_clearance_mm; /* distance that a curve keeps from cut lines that it does not cross; NaN for half the
+				     strip width */
+	bool elongation;          /* stream the frames and report the elongation of the curves */
+};
+
+extern const struct option_table layout_option_table;
+
+#endif

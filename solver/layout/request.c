@@ -1,0 +1,308 @@
+/* Two passes: a scan of the bytes that bounds size and nesting before anything is built from them, then Jansson's tree,
+ * read field by field. A terminal's form is the row of `forms` whose fields it has. */
+#include "solver/layout/request.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME_BYTES_MAX = 200, POINTER_SIZE = 96 };
+#define COORDINATE_LIMIT 1e6 /* mm: a garment a kilometre away is a mistake of units */
+
+/* The forms in the order of enum terminal_kind: which fields must be there. */
+static const char *const forms[][2] = {
+	{"vertex", NULL},
+	{"face", "barycentric"},
+	{"point_mm", NULL},
+	{"piece", "uv_mm"},
+};
+enum { FORM_COUNT = sizeof forms / sizeof *forms };
+
+/* Nesting is counted on the raw bytes: a parser that recurses must not meet more than it can bear. */
+static enum tw_status check_extent(const char *bytes, size_t size, struct tw_error *error)
+{
+	if (size > TW_LIMIT_JSON_BYTES)
+		return tw_fail(error, TW_ERROR_LIMIT, "json-too-large", NULL, "the request has %zu bytes, more than %u",
+			       size, TW_LIMIT_JSON_BYTES);
+	unsigned depth = 0;
+	bool in_string = false;
+	for (size_t i = 0; i < size; i++) {
+		char c = bytes[i];
+		if (in_string && c == '\\') {
+			i++;
+		} else if (c == '"') {
+			in_string = !in_string;
+		} else if (!in_string && (c == '[' || c == '{')) {
+			if (++depth > TW_LIMIT_JSON_DEPTH) {
+				char where[32];
+				snprintf(where, sizeof where, "byte %zu", i);
+				return tw_fail(error, TW_ERROR_INPUT, "json-too-deep", where,
+					       "the JSON nests deeper than %u", TW_LIMIT_JSON_DEPTH);
+			}
+		} else if (!in_string && (c == ']' || c == '}') && depth > 0) {
+			depth--;
+		}
+	}
+	return TW_OK;
+}
+
+static enum tw_status load(json_t **root, const char *bytes, size_t size, struct tw_error *error)
+{
+	json_error_t trouble;
+	*root = json_loadb(bytes, size, JSON_REJECT_DUPLICATES, &trouble);
+	if (*root)
+		return TW_OK;
+	if (json_error_code(&trouble) == json_error_out_of_memory)
+		return tw_fail_memory(error);
+	char where[64];
+	snprintf(where, sizeof where, "line %d column %d", trouble.line, trouble.column);
+	return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "not valid JSON: %s", trouble.text);
+}
+
+/* A copy of a JSON text that is fit to be printed: not empty, not too long, without control characters. */
+static enum tw_status read_text(char **text, const json_t *value, const char *where, struct tw_error *error)
+{
+	const char *string = json_string_value(value);
+	if (!string)
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be a text");
+	size_t length = strlen(string);
+	if (length == 0 || length > NAME_BYTES_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "must have 1 to %d bytes", NAME_BYTES_MAX);
+	for (size_t i = 0; i < length; i++)
+		if ((unsigned char)string[i] < 0x20 || string[i] == 0x7f)
+			return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "must not have control characters");
+	*text = strdup(string);
+	return *text ? TW_OK : tw_fail_memory(error);
+}
+
+static enum tw_status read_index(uint32_t *index, const json_t *value, const char *where, struct tw_error *error)
+{
+	json_int_t number = json_integer_value(value);
+	if (!json_is_integer(value) || number < 0 || number >= UINT32_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be a whole number from 0");
+	*index = (uint32_t)number;
+	return TW_OK;
+}
+
+static enum tw_status read_numbers(double *numbers, size_t count, const json_t *value, const char *where,
+				   struct tw_error *error)
+{
+	if (!json_is_array(value) || json_array_size(value) != count)
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be an array of %zu numbers", count);
+	for (size_t i = 0; i < count; i++) {
+		const json_t *item = json_array_get(value, i);
+		double number = json_number_value(item);
+		if (!json_is_number(item) || !isfinite(number) || fabs(number) > COORDINATE_LIMIT) {
+			char place[POINTER_SIZE + 8];
+			snprintf(place, sizeof place, "%s/%zu", where, i);
+			return tw_fail(error, TW_ERROR_INPUT, "json-value", place, "must be a number within ±%.0f",
+				       COORDINATE_LIMIT);
+		}
+		numbers[i] = number;
+	}
+	return TW_OK;
+}
+
+/* Weights that are off by rounding are normalised; weights that are not of this face are an error. */
+static enum tw_status read_barycentric(double weights[3], const json_t *value, const char *where,
+				       struct tw_error *error)
+{
+	const double slack = 1e-4;
+	enum tw_status status = read_numbers(weights, 3, value, where, error);
+	if (status)
+		return status;
+	double sum = 0;
+	for (int i = 0; i < 3; i++) {
+		if (weights[i] < -slack || weights[i] > 1 + slack)
+			return tw_fail(error, TW_ERROR_INPUT, "json-value", where,
+				       "barycentric weights lie between 0 and 1");
+		weights[i] = weights[i] < 0 ? 0 : weights[i];
+		sum += weights[i];
+	}
+	if (fabs(sum - 1) > 3 * slack)
+		return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "barycentric weights must sum to 1, not %g",
+			       sum);
+	for (int i = 0; i < 3; i++)
+		weights[i] /= sum;
+	return TW_OK;
+}
+
+static enum tw_status read_field(struct layout_terminal *terminal, const char *key, const json_t *value,
+				 const char *where, struct tw_error *error)
+{
+	if (!strcmp(key, "name"))
+		return read_text(&terminal->name, value, where, error);
+	if (!strcmp(key, "piece"))
+		return read_text(&terminal->piece, value, where, error);
+	if (!strcmp(key, "vertex"))
+		return read_index(&terminal->vertex, value, where, error);
+	if (!strcmp(key, "face"))
+		return read_index(&terminal->face, value, where, error);
+	if (!strcmp(key, "barycentric"))
+		return read_barycentric(terminal->barycentric, value, where, error);
+	if (!strcmp(key, "point_mm"))
+		return read_numbers(terminal->point_mm, 3, value, where, error);
+	if (!strcmp(key, "uv_mm"))
+		return read_numbers(terminal->uv_mm, 2, value, where, error);
+	return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where, "\"%.64s\" is not a field of a terminal",
+		       key);
+}
+
+/* Exactly one form, whole. */
+static enum tw_status find_form(struct layout_terminal *terminal, const json_t *object, const char *where,
+				struct tw_error *error)
+{
+	int found = -1;
+	for (int f = 0; f < FORM_COUNT; f++) {
+		const char *first = forms[f][0], *second = forms[f][1];
+		bool has_first = json_object_get(object, first) != NULL;
+		bool has_second = second && json_object_get(object, second);
+		if (!has_first && !has_second)
+			continue;
+		if (second && has_first != has_second)
+			return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", where,
+				       "a terminal with \"%s\" needs \"%s\" too", has_first ? first : second,
+				       has_first ? second : first);
+		if (found >= 0)
+			return tw_fail(error, TW_ERROR_INPUT, "json-value", where,
+				       "a terminal has one place: \"%s\" or \"%s\", not both", forms[found][0], first);
+		found = f;
+	}
+	if (found < 0)
+		return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", where,
+			       "say where the terminal is: \"vertex\", \"face\" and \"barycentric\", \"point_mm\", or "
+			       "\"piece\" and \"uv_mm\"");
+	terminal->kind = (enum terminal_kind)found;
+	return TW_OK;
+}
+
+static enum tw_status read_terminal(struct layout_terminal *terminal, const json_t *object, const char *where,
+				    struct tw_error *error)
+{
+	if (!json_is_object(object))
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "a terminal must be an object");
+	const char *key;
+	json_t *value;
+	json_object_foreach((json_t *)(uintptr_t)object, key, value)
+	{
+		char place[POINTER_SIZE];
+		snprintf(place, sizeof place, "%s/%.60s", where, key);
+		enum tw_status status = read_field(terminal, key, value, place, error);
+		if (status)
+			return status;
+	}
+	return find_form(terminal, object, where, error);
+}
+
+static int compare_names(const void *a, const void *b)
+{
+	const struct layout_terminal *const *p = a, *const *q = b;
+	int order = strcmp((*p)->name, (*q)->name);
+	return order ? order : (*p < *q ? -1 : 1);
+}
+
+/* A name is how a result speaks of a terminal, so it must mean one. */
+static enum tw_status check_names(const struct layout_request *request, struct tw_error *error)
+{
+	const struct layout_terminal **named = malloc(request->terminal_count * sizeof *named);
+	if (!named)
+		return tw_fail_memory(error);
+	size_t count = 0;
+	for (uint32_t i = 0; i < request->terminal_count; i++)
+		if (request->terminals[i].name)
+			named[count++] = &request->terminals[i];
+	qsort(named, count, sizeof *named, compare_names);
+	enum tw_status status = TW_OK;
+	for (size_t i = 1; i < count && !status; i++) {
+		if (strcmp(named[i - 1]->name, named[i]->name) != 0)
+			continue;
+		char where[64];
+		snprintf(where, sizeof where, "/terminals/%td/name", named[i] - request->terminals);
+		status = tw_fail(error, TW_ERROR_INPUT, "terminal-name-taken", where,
+				 "terminal %td has the name \"%.80s\" already", named[i - 1] - request->terminals,
+				 named[i]->name);
+	}
+	free(named);
+	return status;
+}
+
+static enum tw_status read_terminals(struct layout_request *request, const json_t *array, struct tw_error *error)
+{
+	if (!array)
+		return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", "/terminals",
+			       "a layout needs \"terminals\"");
+	if (!json_is_array(array))
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", "/terminals", "must be an array");
+	size_t count = json_array_size(array);
+	if (count == 0)
+		return tw_fail(error, TW_ERROR_INPUT, "json-value", "/terminals", "name at least one terminal");
+	if (count > TW_LIMIT_TERMINALS)
+		return tw_fail(error, TW_ERROR_LIMIT, "too-many-terminals", "/terminals",
+			       "%zu terminals are more than %u", count, TW_LIMIT_TERMINALS);
+	request->terminals = calloc(count, sizeof *request->terminals);
+	if (!request->terminals)
+		return tw_fail_memory(error);
+	request->terminal_count = (uint32_t)count;
+	for (size_t i = 0; i < count; i++) {
+		char where[32];
+		snprintf(where, sizeof where, "/terminals/%zu", i);
+		enum tw_status status = read_terminal(&request->terminals[i], json_array_get(array, i), where, error);
+		if (status)
+			return status;
+	}
+	return check_names(request, error);
+}
+
+static enum tw_status read_root(struct layout_request *request, const json_t *root, struct tw_error *error)
+{
+	if (!json_is_object(root))
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", NULL, "a layout request must be an object");
+	const char *key;
+	json_t *value;
+	json_object_foreach((json_t *)(uintptr_t)root, key, value)
+	{
+		if (!strcmp(key, "field") || !strcmp(key, "terminals") || !strcmp(key, "options"))
+			continue;
+		char where[POINTER_SIZE];
+		snprintf(where, sizeof where, "/%.60s", key);
+		return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
+			       "\"%.60s\" is not a field of a layout request", key);
+	}
+	const json_t *field = json_object_get(root, "field");
+	enum tw_status status = field ? read_text(&request->field, field, "/field", error) : TW_OK;
+	if (!status)
+		status = read_terminals(request, json_object_get(root, "terminals"), error);
+	const json_t *options = json_object_get(root, "options");
+	if (!status && options)
+		status = option_from_json(&layout_option_table, &request->options, options, "/options", NULL, error);
+	return status;
+}
+
+enum tw_status layout_request_parse(struct layout_request *request, const char *bytes, size_t size,
+				    struct tw_error *error)
+{
+	*request = (struct layout_request){0};
+	option_defaults(&layout_option_table, &request->options);
+	json_t *root;
+	enum tw_status status = check_extent(bytes, size, error);
+	if (!status)
+		status = load(&root, bytes, size, error);
+	if (status)
+		return status;
+	status = read_root(request, root, error);
+	json_decref(root);
+	if (status)
+		layout_request_clear(request);
+	return status;
+}
+
+void layout_request_clear(struct layout_request *request)
+{
+	for (uint32_t i = 0; i < request->terminal_count; i++) {
+		free(request->terminals[i].name);
+		free(request->terminals[i].piece);
+	}
+	free(request->terminals);
+	free(request->field);
+	*request = (struct layout_request){0};
+}

@@ -1,0 +1,77 @@
+/* Bytes in the store: uploads as they came, computed arrays, artifacts. A blob is a row with its size and hash, and its
+ * bytes in chunks of BLOB_CHUNK (the last one shorter), so that neither writer nor reader ever holds more than a chunk.
+ *
+ * The hash is BLAKE2b-256 over the BLAKE2b-256 of every chunk, so that an upload can be continued from any chunk. */
+#ifndef STORAGE_BLOB_H
+#define STORAGE_BLOB_H
+
+#include "storage/store.h"
+
+#define BLOB_CHUNK (1u << 20)
+#define BLOB_HASH_SIZE 32
+#define BLOB_NAME_SIZE 128
+
+enum blob_role {
+	BLOB_UPLOAD,   /* name: the part, "worn" "pattern" "motion"; media_type: as the client said */
+	BLOB_ARRAY,    /* name: the array's; with type, columns and rows */
+	BLOB_ARTIFACT, /* name: the file's, "pattern.svg" */
+};
+
+struct blob {
+	int64_t number; /* what blob_read wants */
+	enum blob_role role;
+	char name[BLOB_NAME_SIZE];
+	char file_name[BLOB_NAME_SIZE]; /* of an upload, "suit.obj"; else "" */
+	char media_type[BLOB_NAME_SIZE];
+	enum tw_type type; /* type, columns and rows: arrays only */
+	uint32_t columns;
+	uint64_t rows;
+	uint64_t size; /* bytes */
+	uint8_t hash[BLOB_HASH_SIZE];
+};
+
+/* The blob of a resource by role and name. TW_ERROR_NOT_FOUND "no-such-blob". */
+enum tw_status blob_find(struct store *store, const char *resource_id, enum blob_role role, const char *name,
+			 struct blob *blob, struct tw_error *error) TW_NODISCARD;
+
+/* All blobs of a resource in one role, in the order in which they were written. `*blobs` is heap memory, to be freed.
+ */
+enum tw_status blob_list(struct store *store, const char *resource_id, enum blob_role role, struct blob **blobs,
+			 size_t *count, struct tw_error *error) TW_NODISCARD;
+
+/* Copies at most `size` bytes from `offset`; `*got` is smaller only at the end of the blob, and 0 there. Holds no lock
+ * and no memory between calls. Reads whole chunks fastest. TW_ERROR_NOT_FOUND when it was deleted meanwhile. */
+enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size, size_t *got,
+			 struct tw_error *error) TW_NODISCARD;
+
+/* --- uploads, written as they arrive
+ * ---------------------------------------------------------------------------------- */
+
+/* A blob in the making: buffers up to one chunk, and writes it in a transaction of its own. */
+struct upload;
+
+/* `part` and the names are cut to BLOB_NAME_SIZE; `limit` is the largest size in bytes that is taken. */
+enum tw_status upload_begin(struct upload **upload, struct store *store, const char *part, const char *file_name,
+			    const char *media_type, uint64_t limit, struct tw_error *error) TW_NODISCARD;
+
+/* Takes up an upload that a client or a process left; `*offset` is the byte to go on from. TW_ERROR_NOT_FOUND
+ * "no-such-upload", TW_ERROR_CONFLICT "upload-sealed". */
+enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
+			     uint64_t *offset, struct tw_error *error) TW_NODISCARD;
+
+/* Appends. TW_ERROR_LIMIT "upload-too-large". After an error the upload can only be freed. */
+enum tw_status upload_write(struct upload *upload, const void *bytes, size_t size, struct tw_error *error) TW_NODISCARD;
+
+/* Ends it: size and hash are final, and resource_create may use it. TW_ERROR_INPUT "upload-empty" for no bytes. */
+enum tw_status upload_seal(struct upload *upload, struct tw_error *error) TW_NODISCARD;
+
+const char *upload_id(const struct upload *upload);
+uint64_t upload_size(const struct upload *upload);
+
+/* Frees the writer; what was written stays and can be resumed, until store_sweep. NULL is allowed. */
+void upload_free(struct upload *upload);
+
+/* Removes what was written. Uploads that a resource owns are not touched: TW_ERROR_NOT_FOUND. */
+enum tw_status upload_discard(struct store *store, const char *id, struct tw_error *error) TW_NODISCARD;
+
+#endif

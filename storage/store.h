@@ -1,0 +1,47 @@
+/* The store: one SQLite database that keeps every upload, resource, result and job. This folder holds the only SQL.
+ *
+ * One `struct store` is one connection. It may be used by one thread at a time; threads and processes that work side by
+ * side open their own on the same URL. Every function that writes is one transaction of its own (BEGIN IMMEDIATE):
+ * after an error nothing of it is kept. What a client is told has happened is on the disk (synchronous=FULL) before the
+ * function returns; upload chunks, claims and heartbeats are written without waiting for the disk, because a later
+ * durable transaction carries them with it and losing them costs only a repetition.
+ *
+ * Errors of every function here, besides those that it names: TW_ERROR_FULL "store-full" (disk, quota or file size
+ * limit), TW_ERROR_IO "store-io" | "store-busy" (another process held the write lock for longer than the busy timeout)
+ * | "store-damaged", TW_ERROR_MEMORY. */
+#ifndef STORAGE_STORE_H
+#define STORAGE_STORE_H
+
+#include "tightwire.h"
+
+#include <stdbool.h>
+
+struct store;
+
+/* Ids are text: a word for the kind, "_", 26 letters and digits. Opaque to clients, safe in a URL and in a file name.
+ */
+#define STORE_ID_SIZE 40
+
+/* `url`: "sqlite:PATH", optionally followed by "?limit_bytes=N", the size at which the database counts as full. Creates
+ * the database where there is none and migrates an older one. TW_ERROR_INPUT "store-url" for an URL that is not
+ * understood, "store-foreign" for a database of another program; TW_ERROR_UNSUPPORTED "store-newer" for one that a
+ * newer tightwire has written. */
+enum tw_status store_open(struct store **store, const char *url, struct tw_error *error) TW_NODISCARD;
+void store_close(struct store *store); /* NULL is allowed */
+
+/* Milliseconds since 1970 by the store's clock, which every time stamp and lease is taken from. Tests set their own. */
+int64_t store_now_ms(const struct store *store);
+void store_set_clock(struct store *store, int64_t (*now_ms)(void *context), void *context);
+
+/* Removes uploads that nobody sealed or used for `upload_age_ms`, and returns freed pages to the file system bit by
+ * bit. For the daemon to call every minute or so. */
+enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, struct tw_error *error) TW_NODISCARD;
+
+/* A cheap read that fails when the store cannot answer; for readiness. */
+enum tw_status store_ping(struct store *store, struct tw_error *error) TW_NODISCARD;
+
+/* A consistent copy of the whole store into a new file `path`, while others go on reading and writing.
+ * TW_ERROR_CONFLICT "backup-exists" when the file is there already. */
+enum tw_status store_backup(struct store *store, const char *path, struct tw_error *error) TW_NODISCARD;
+
+#endif
