@@ -1,0 +1,65 @@
+/* The weight field of a garment for a set of motions: what every edge costs a wire (method 3).
+ *
+ *     density(f) = max over motions of the mean density over frames        weight(e) = strip integral of density + eta
+ *
+ * Weights are unsigned integers, weight = round(cost * scale), so that "optimal" is exact and the same everywhere. The
+ * scale is a power of two for which the smallest positive cost becomes at least 2^20 units: rounding changes a tree's
+ * weight by less than 2^-21 (5e-7) of it. All weights together stay below 2^60; a field whose costs span more than
+ * that leaves room for (beyond 2^40 to 1 over a million edges) keeps the largest scale that does. */
+#ifndef SOLVER_FIELD_FIELD_H
+#define SOLVER_FIELD_FIELD_H
+
+#include "solver/field/options.h"
+#include "solver/garment/garment.h"
+
+#define FIELD_FORBIDDEN UINT64_MAX /* the weight of an edge that no wire may use */
+
+struct field {
+	uint32_t face_count;
+	uint32_t edge_count;
+	struct field_options options; /* resolved: as it was computed */
+	double scale;                 /* units of weight per MPa mm2; per mm (FIELD_LENGTH); per edge (FIELD_UNIT) */
+	double *density;              /* [face_count] MPa, without eta */
+	uint64_t *weight;             /* [edge_count]; FIELD_FORBIDDEN */
+	float *coverage;              /* [edge_count] share of the strip that fabric covers, 0…1 */
+};
+
+/* What a request asks beyond the field; NULL for nothing. Arrays that are NULL do not take part. */
+struct field_constraints {
+	const double *face_multiplier; /* [face_count] finite, >= 0: scales density + eta */
+	const uint8_t *face_keep_out;  /* [face_count] 1: no strip may cover any of it */
+	const uint8_t *edge_free;      /* [edge_count] 1: carries a wire already and costs nothing */
+	double seam_price_mpa_mm2; /* >= 0: added where a wire meets a seam: half at each seam vertex that an edge joins
+				    */
+};
+
+/* Computes everything from the per-motion means of the energy model that the options name (strain.h):
+ * mean[motion][face]. `threads` >= 1 share the work; the result does not depend on it. eta must be a number here
+ * ("auto" is resolved by the layout). Arrays lie in the arena. TW_ERROR_INPUT, TW_ERROR_MEMORY. */
+enum tw_status field_compute(struct field *field, struct arena *arena, const struct garment *garment,
+			     const struct topology *topology, const double *const *mean, size_t motion_count,
+			     const struct field_options *options, unsigned threads,
+			     struct tw_error *error) TW_NODISCARD;
+
+/* Weighs anew a field whose `density` is given: other options, or a request's constraints. `density` is borrowed. */
+enum tw_status field_weigh(struct field *field, struct arena *arena, const struct garment *garment,
+			   const struct topology *topology, double *density, const struct field_options *options,
+			   const struct field_constraints *constraints, unsigned threads,
+			   struct tw_error *error) TW_NODISCARD;
+
+/* value[f] = (density[f] + eta) * multiplier[f], what strips integrate (strip.h) to give the field's own costs. */
+void field_value(const struct field *field, const struct field_constraints *constraints, double *value);
+
+/* The weight of a cost in the field's fixed point, as its edges are rounded. */
+uint64_t field_round(const struct field *field, double cost);
+
+/* A field as named arrays; see struct tw_array. Borrowed from the field. The options travel beside them, as JSON. */
+enum { FIELD_ARRAYS = 4 };
+void field_to_arrays(const struct field *field, struct tw_array arrays[FIELD_ARRAYS]);
+
+/* The inverse; borrows the arrays' data. Checks shapes and values against the garment: a damaged store is an error. */
+enum tw_status field_from_arrays(struct field *field, const struct garment *garment, const struct topology *topology,
+				 const struct tw_array *arrays, size_t count, const struct field_options *options,
+				 struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,46 @@
+#include "solver/field/options.h"
+
+static const char *const presets[] = {"none", "paper", NULL};
+static const char *const models[] = {"stvk", "printed", "tension", NULL};
+static const char *const references[] = {"pattern", "worn", "frame", NULL};
+static const char *const weightings[] = {"deformation", "unit", "length", NULL};
+static const char *const overhangs[] = {"charge", "ignore", "forbid", NULL};
+
+#define PLACE(member) offsetof(struct field_options, member)
+#define CHOICE(name, member, choices, help)                                                                            \
+	{                                                                                                              \
+		name, OPTION_CHOICE, PLACE(member), NULL, 0, 0, 0, choices, help                                       \
+	}
+
+static const struct option rows[] = {
+	CHOICE("preset", preset, presets,
+	       "paper: energy printed and overhang ignore, where they are not set otherwise"),
+	CHOICE("energy", energy, models,
+	       "energy density: St. Venant-Kirchhoff, the paper's printed formula, or tensile strain alone"),
+	CHOICE("reference", reference, references,
+	       "what counts as undeformed: flat pattern, worn rest pose, or a frame"),
+	{"reference_frame", OPTION_INTEGER, PLACE(reference_frame), NULL, 0, 0, TW_LIMIT_FRAMES - 1, NULL,
+	 "frame of each motion that counts as undeformed, from 0, with reference frame"},
+	CHOICE("weight", weight, weightings,
+	       "what an edge costs: deformation of its strip, 1 (fewest edges), or its length"),
+	{"strip_width_mm", OPTION_NUMBER, PLACE(strip_width_mm), "mm", 15, 0.1, 200, NULL,
+	 "width of the strip that carries the wire"},
+	{"eta_mpa", OPTION_NUMBER_OR_AUTO, PLACE(eta_mpa), "MPa", 0.1, 0, 1e6, NULL,
+	 "price of covered fabric that does not deform: larger makes shorter wires; auto balances length and energy"},
+	CHOICE("overhang", overhang, overhangs,
+	       "fabric that a strip misses: charged at the strip's largest density, ignored, or the edge forbidden"),
+	{"overhang_share", OPTION_NUMBER, PLACE(overhang_share), NULL, 0.25, 0, 1, NULL,
+	 "share of a strip that may leave the fabric, with overhang forbid"},
+};
+
+const struct option_table field_option_table = {rows, sizeof rows / sizeof *rows};
+
+void field_options_resolve(struct field_options *options)
+{
+	if (options->preset != FIELD_PRESET_PAPER)
+		return;
+	if (options->energy == STRAIN_STVK)
+		options->energy = STRAIN_PRINTED;
+	if (options->overhang == FIELD_OVERHANG_CHARGE)
+		options->overhang = FIELD_OVERHANG_IGNORE;
+}

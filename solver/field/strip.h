@@ -1,0 +1,69 @@
+/* A strip laid on the fabric: the integral of a density over a convex polygon that lies in the pattern (method 3).
+ *
+ * The polygon is given in the pattern plane of a face. Faces are taken by walking outwards from it across every edge
+ * that meets the polygon. Within a piece that is the flat pattern itself. At a seam the neighbour is laid against the
+ * seam edge by the rigid motion that maps midpoint and direction of its side onto ours; lengths stay as they are, so
+ * ease is neither stretched nor gathered. The nearest seam crossing is taken first, and a face is entered at most once,
+ * so the result does not depend on how faces are numbered, but for rounding. Fabric beyond a hem is missing; where a
+ * seam bends, the two sides overlap or gape a little, as the cloth does.
+ *
+ * Source: method 3; clipping after Sutherland and Hodgman, Reentrant polygon clipping, CACM 17 (1974). */
+#ifndef SOLVER_FIELD_STRIP_H
+#define SOLVER_FIELD_STRIP_H
+
+#include "solver/field/options.h"
+#include "solver/garment/garment.h"
+
+/* What is walked on: one record for a face, a cache line each. Built once, shared by threads. */
+struct strip_fabric {
+	const struct garment *garment;   /* borrowed */
+	const struct topology *topology; /* borrowed */
+	const double *value;     /* [face_count] what is integrated: (density + eta) * multiplier, MPa; borrowed */
+	struct strip_face *face; /* [face_count] */
+};
+
+/* A strip's account. cost = integral of `value` over the fabric that it covers. */
+struct strip {
+	double cost;        /* MPa mm2 */
+	double area_mm2;    /* of the polygon */
+	double covered_mm2; /* of it, what fabric covers; a little more than area_mm2 where sides of a bent seam overlap
+			     */
+	double largest;     /* largest value of a face that covers more than 1e-6 of the polygon, MPa */
+	uint32_t face_count; /* faces entered */
+};
+
+/* Scratch of one thread. */
+struct strip_walker;
+
+enum { STRIP_CORNERS = 8 }; /* most corners of a polygon */
+
+/* TW_ERROR_MEMORY. */
+enum tw_status strip_fabric_build(struct strip_fabric *fabric, struct arena *arena, const struct garment *garment,
+				  const struct topology *topology, const double *value,
+				  struct tw_error *error) TW_NODISCARD;
+enum tw_status strip_walker_new(struct strip_walker **walker, struct arena *arena, const struct strip_fabric *fabric,
+				struct tw_error *error) TW_NODISCARD;
+
+/* `corner` [corner_count][2] mm: convex, 3…STRIP_CORNERS corners, either orientation, in the pattern plane of `face`,
+ * which it must touch. */
+void strip_polygon(struct strip_walker *walker, uint32_t face, const double (*corner)[2], uint32_t corner_count,
+		   struct strip *strip);
+
+/* The rectangle of width `width_mm` with the segment a-b as its midline; `face` touches the segment. */
+void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2], const double b[2], double width_mm,
+		   struct strip *strip);
+
+/* The strip of a mesh edge; a seam edge is the midline of half a strip on each of its two sides, a hem edge of a strip
+ * whose outer half is missing. */
+void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip);
+
+/* The sum of two accounts, of the parts of a curve, say. */
+void strip_add(struct strip *sum, const struct strip *part);
+
+/* Cost with what is missing charged (FIELD_OVERHANG_CHARGE) or not, MPa mm2. */
+double strip_cost(const struct strip *strip, int overhang);
+
+/* Share of the strip that fabric covers, 0…1. */
+double strip_coverage(const struct strip *strip);
+
+#endif
