@@ -10,4 +10,6 @@ struct command {
 	const char *summary;
 };
 
+int command_steiner(int argc, char **argv);
+
 #endif

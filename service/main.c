@@ -7,6 +7,7 @@
 #include <string.h>
 
 static const struct command commands[] = {
+	{"steiner", command_steiner, "exact Steiner tree of a PACE or SteinLib file"},
 	{NULL, NULL, NULL},
 };
 

@@ -1,0 +1,111 @@
+/* A hundred thousand small random graphs: the solver's weight is the oracle's, whatever is switched off, however the
+ * vertices are numbered and however many threads work. SEED=n in the environment repeats one case. */
+#include "oracle.h"
+#include "solver/steiner/steiner.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+enum { CASES = 100000, FEATURES = 11, VARIANTS = FEATURES + 2 };
+
+static struct steiner_tree solve(const struct instance_case *c, const struct steiner_options *options,
+				 struct arena *arena, uint64_t seed)
+{
+	struct graph graph;
+	struct tw_error error = {0};
+	struct steiner_tree tree = {0};
+	enum tw_status status = graph_build(&graph, arena, c->vertex_count, c->edge_count, c->ends, c->weight, &error);
+	if (status == TW_OK)
+		status = steiner_solve(&graph, c->terminal, c->terminal_count, options, arena, &tree, &error);
+	if (status == TW_OK && tree.outcome == STEINER_OPTIMAL) {
+		status = steiner_verify(&graph, c->terminal, c->terminal_count, tree.edges, tree.edge_count,
+					tree.weight, &error);
+		assert_int_equal(tree.lower_bound, tree.weight);
+	}
+	if (status != TW_OK)
+		fail_msg("case %llu, disabled %#llx: %s %s", (unsigned long long)seed,
+			 (unsigned long long)options->disable, error.where, error.text);
+	return tree;
+}
+
+static void expect(uint64_t expected, const struct instance_case *c, const struct steiner_options *options,
+		   struct arena *arena, uint64_t seed, const char *variant)
+{
+	const struct steiner_tree tree = solve(c, options, arena, seed);
+	const uint64_t found = tree.outcome == STEINER_OPTIMAL ? tree.weight : UNREACHED;
+	const int right = expected == UNREACHED ? tree.outcome == STEINER_INFEASIBLE : found == expected;
+	if (!right)
+		fail_msg("case %llu (%s, disabled %#llx): outcome %d weight %llu, the oracle says %llu",
+			 (unsigned long long)seed, variant, (unsigned long long)options->disable, (int)tree.outcome,
+			 (unsigned long long)found, (unsigned long long)expected);
+}
+
+static void check_case(uint64_t seed, struct arena *arena)
+{
+	uint64_t state = seed;
+	struct instance_case c;
+	case_random(&c, 7, &state);
+	const uint64_t expected = c.vertex_count <= 9 && seed % 4 == 0 ? oracle_brute(&c) : oracle_dreyfus(&c);
+	const struct arena_mark mark = arena_mark(arena);
+	expect(expected, &c, &(struct steiner_options){0}, arena, seed, "plain");
+	arena_release(arena, mark);
+
+	const uint32_t variant = (uint32_t)(seed % VARIANTS);
+	struct steiner_options options = {0};
+	const char *name = "a feature off";
+	if (variant < FEATURES) {
+		options.disable = UINT64_C(1) << variant;
+	} else if (variant == FEATURES) {
+		case_shuffle(&c, &state);
+		name = "shuffled";
+	} else {
+		/* Any set of features off, two threads. */
+		options.threads = 2;
+		options.disable = random_next(&state) & ((1u << FEATURES) - 1) & ~(uint64_t)STEINER_DYNAMIC;
+		name = "several off, two threads";
+	}
+	expect(expected, &c, &options, arena, seed, name);
+	arena_release(arena, mark);
+}
+
+static void a_hundred_thousand_small_graphs_equal_the_oracle(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	const char *only = getenv("SEED");
+	if (only)
+		check_case(strtoull(only, NULL, 10), arena);
+	for (uint64_t seed = 0; !only && seed < CASES; seed++)
+		check_case(seed, arena);
+	arena_free(arena);
+}
+
+static void the_two_oracles_agree(void **state)
+{
+	(void)state;
+	uint32_t compared = 0;
+	for (uint64_t seed = 0; seed < 4000; seed++) {
+		uint64_t numbers = seed;
+		struct instance_case c;
+		case_random(&c, 7, &numbers);
+		if (c.vertex_count > 10)
+			continue;
+		assert_int_equal(oracle_brute(&c), oracle_dreyfus(&c));
+		compared++;
+	}
+	assert_true(compared > 500);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(the_two_oracles_agree),
+		cmocka_unit_test(a_hundred_thousand_small_graphs_equal_the_oracle),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
