@@ -1,0 +1,59 @@
+#!/bin/sh
+# steiner.sh: every Steiner instance of INSTANCES (see the README there), solved by TIGHTWIRE one after the other; a table
+# to stdout and, when nothing was left out, tests/bench/steiner.csv, which is kept in the repository for each release.
+#   LIMIT    seconds an instance may take (default 60)      THREADS  of the solver (default 1)
+#   ONLY     a pattern of grep -E: only these instances      CSV      another file for the rows
+# Exit 1 when a proven value is not the known optimum, or when a bound is above it.
+set -u
+limit=${LIMIT:-60} threads=${THREADS:-1} only=${ONLY:-.}
+csv=${CSV:-}
+[ -z "$csv" ] && [ "$only" = . ] && csv=tests/bench/steiner.csv
+[ -d "$INSTANCES" ] || { echo "bench-steiner: no folder $INSTANCES; set INSTANCES=DIR"; exit 1; }
+rows=$(mktemp) file=$(mktemp) wrong=0
+trap 'rm -f "$rows" "$file"' EXIT
+
+field() { echo "$answer" | sed -n "s/.*\"$1\":\([^,}]*\).*/\1/p" | tr -d '"'; }
+
+solve() { # NAME OPTIMUM: one row
+	answer=$("$TIGHTWIRE" steiner "$file" --time-limit "$limit" --threads "$threads" --json --stats 2>/dev/null)
+	[ -n "$answer" ] || { echo "$1: no answer"; wrong=1; return; }
+	weight=$(field weight) bound=$(field lower_bound) outcome=$(field outcome)
+	seconds=$(field total)
+	verdict=-
+	if [ -n "$2" ]; then
+		verdict=yes
+		[ "$weight" = "$2" ] || verdict=no
+		[ "$outcome$verdict" = optimalno ] && verdict=WRONG
+		{ [ "$bound" -gt "$2" ] || [ "$weight" -lt "$2" ]; } && verdict=WRONG
+		[ $verdict = WRONG ] && wrong=1
+	fi
+	echo "$1,$(field vertices_left),$outcome,$seconds,$(field work),$weight,$bound,$(field gap_percent),$(field memory_peak_bytes),$(field labels),$(field sets),$(field branch_nodes),$verdict" >>"$rows"
+	tail -n 1 "$rows" | awk -F, '{ printf "%-24s %-9s %9.3f %9.1f %12s %8.4f %7.1f %10s %8s %6s %7s %s\n",
+		$1, $3, $4, $5 / 1e6, $6, $8, $9 / 1048576, $10, $11, $12, $2, $13 }'
+}
+
+list() { # LIST COMMAND…: COMMAND NAME writes the instance
+	rows_of=$1; shift
+	[ -f "$rows_of" ] || return 0
+	tail -n +2 "$rows_of" | grep -E "$only" | while IFS= read -r row; do echo "${row%%,*} ${row##*,}"; done >"$file.list"
+	while read -r name optimum; do
+		"$@" "$name" >"$file" || { echo "$name: cannot be read"; continue; }
+		solve "$name" "$optimum"
+	done <"$file.list"
+	rm -f "$file.list"
+}
+
+mesh() { sh "$INSTANCES/join.sh" "$1"; }
+pace() { gzip -dc "$INSTANCES/pace2018/$1.gr.gz"; }
+
+printf '%-24s %-9s %9s %9s %12s %8s %7s %10s %8s %6s %7s %s\n' instance outcome seconds Mwork weight 'gap %' MiB labels sets \
+	nodes left optimum
+list "$INSTANCES/optima.csv" mesh
+list "$INSTANCES/pace2018/optima.csv" pace
+echo "proven: $(grep -c ,optimal, "$rows") of $(wc -l <"$rows") within $limit s each; $(grep -c 'WRONG$' "$rows") wrong"
+if [ -n "$csv" ]; then
+	{ echo "instance,vertices_left,outcome,seconds,work,weight,lower_bound,gap_percent,memory_bytes,labels,sets,branch_nodes,is_known_optimum"
+	  cat "$rows"; } >"$csv"
+	echo "rows: $csv"
+fi
+exit $wrong
