@@ -2,7 +2,7 @@
 #ifndef SOLVER_GARMENT_OPTIONS_H
 #define SOLVER_GARMENT_OPTIONS_H
 
-#include <stdint.h>
+#include "solver/option.h"
 
 enum length_unit {
 	UNIT_MM,
@@ -33,5 +33,7 @@ struct import_options {
 	int refinement;      /* enum refinement */
 	uint32_t refine_levels; /* how often, 1…4; counts only with a refinement */
 };
+
+extern const struct option_table import_option_table;
 
 #endif
