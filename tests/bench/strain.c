@@ -1,0 +1,53 @@
+/* Strain of frames: time of a frame, and throughput beside what the machine's memory gives in the same run. */
+#include "solver/field/strain.h"
+
+#include "tests/bench/bench.h"
+#include "tests/oracle/meshes.h"
+
+#include <string.h>
+
+enum { AROUND = 150, ALONG = 157, FRAMES = 64, ROUNDS = 16 };
+
+int main(void)
+{
+	struct arena *arena = arena_new(0);
+	struct garment garment;
+	mesh_tube(&garment, arena, AROUND, ALONG, 8);
+	struct strain_rest rest;
+	struct strain_mean *mean;
+	double *means[STRAIN_MODELS];
+	for (int m = 0; m < STRAIN_MODELS; m++)
+		means[m] = ARENA_ARRAY(arena, garment.face_count, double);
+	if (strain_rest_from_pattern(&rest, arena, &garment, NULL) || strain_mean_new(&mean, arena, &rest, NULL))
+		return 1;
+	size_t floats = 3 * (size_t)garment.vertex_count, bytes = floats * sizeof(float);
+	float *motion = ARENA_ARRAY(arena, floats * FRAMES, float);
+	for (size_t i = 0; i < floats * FRAMES; i++)
+		motion[i] = (float)(garment.position[i % floats] * (1 + 0.002 * (double)(i / floats)));
+
+	double read_best = 1e9, frame_best = 1e9, once_best = 1e9;
+	for (int round = 0; round < ROUNDS; round++) {
+		double read_s = bench_read_seconds(bytes);
+		double start = bench_seconds();
+		for (int j = 0; j < FRAMES; j++) {
+			memcpy(strain_mean_slot(mean), motion + (size_t)j * floats, bytes);
+			strain_mean_add(mean);
+		}
+		double frame_s = (bench_seconds() - start) / FRAMES;
+		strain_mean_finish(mean, means);
+		start = bench_seconds();
+		strain_density(&rest, STRAIN_STVK, motion, means[0]);
+		double once_s = bench_seconds() - start;
+		read_best = read_s < read_best ? read_s : read_best;
+		frame_best = frame_s < frame_best ? frame_s : frame_best;
+		once_best = once_s < once_best ? once_s : once_best;
+	}
+	bench_line("strain.vertices", garment.vertex_count, "", 0);
+	bench_line("strain.read_frame_from_memory", read_best * 1e3, "ms", 0);
+	bench_line("strain.frame_in_motion", frame_best * 1e3, "ms", 0.5);
+	bench_line("strain.frame_alone", once_best * 1e3, "ms", 0.5);
+	bench_line("strain.frame_over_read", frame_best / read_best, "x", 2.5);
+	bench_line("strain.throughput", (double)bytes / frame_best / 1e9, "GB/s", -1);
+	arena_free(arena);
+	return 0;
+}
