@@ -1,0 +1,140 @@
+/* Finding and reading blobs. */
+#include "storage/blob.h"
+
+#include "storage/sql.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define BLOB_COLUMNS "b.number, b.role, b.name, b.file_name, b.media_type, b.type, b.columns, b.rows, b.size, b.hash"
+
+static void read_blob(struct sql *q, struct blob *blob)
+{
+	size_t hash_size;
+	blob->number = sql_int(q);
+	blob->role = (enum blob_role)sql_int(q);
+	sql_copy_text(q, blob->name, sizeof blob->name);
+	sql_copy_text(q, blob->file_name, sizeof blob->file_name);
+	sql_copy_text(q, blob->media_type, sizeof blob->media_type);
+	blob->type = (enum tw_type)sql_int(q);
+	blob->columns = (uint32_t)sql_int(q);
+	blob->rows = (uint64_t)sql_int(q);
+	blob->size = (uint64_t)sql_int(q);
+	const void *hash = sql_bytes(q, &hash_size);
+	memset(blob->hash, 0, sizeof blob->hash);
+	if (hash && hash_size == sizeof blob->hash)
+		memcpy(blob->hash, hash, hash_size);
+}
+
+enum tw_status blob_find(struct store *store, const char *resource_id, enum blob_role role, const char *name,
+			 struct blob *blob, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT " BLOB_COLUMNS " FROM blob b JOIN resource r ON r.number = b.resource"
+					" WHERE r.id = ? AND b.role = ? AND b.name = ?");
+	sql_bind_text(&q, resource_id);
+	sql_bind_int(&q, role);
+	sql_bind_text(&q, name);
+	bool found = sql_step(&q);
+	if (found)
+		read_blob(&q, blob);
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-blob", NULL, "%s has no \"%.100s\"", resource_id, name);
+	return status;
+}
+
+enum tw_status blob_list(struct store *store, const char *resource_id, enum blob_role role, struct blob **blobs,
+			 size_t *count, struct tw_error *error)
+{
+	struct blob *list = NULL;
+	size_t used = 0;
+	size_t room = 0;
+	struct sql q = sql_query(store, "SELECT " BLOB_COLUMNS " FROM blob b JOIN resource r ON r.number = b.resource"
+					" WHERE r.id = ? AND b.role = ? ORDER BY b.number");
+	sql_bind_text(&q, resource_id);
+	sql_bind_int(&q, role);
+	while (sql_step(&q)) {
+		if (used == room) {
+			room = room ? 2 * room : 8;
+			struct blob *more = realloc(list, room * sizeof *list);
+			if (!more) {
+				q.code = SQLITE_NOMEM;
+				break;
+			}
+			list = more;
+		}
+		read_blob(&q, &list[used++]);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK) {
+		free(list);
+		return status;
+	}
+	*blobs = list;
+	*count = used;
+	return TW_OK;
+}
+
+static enum tw_status gone(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-blob", NULL, "it was deleted");
+}
+
+static enum tw_status blob_extent(struct store *store, int64_t number, uint64_t *size, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT size FROM blob WHERE number = ?");
+	sql_bind_int(&q, number);
+	bool found = sql_step(&q);
+	*size = found ? (uint64_t)sql_int(&q) : 0;
+	enum tw_status status = sql_end(&q, error);
+	return status == TW_OK && !found ? gone(error) : status;
+}
+
+static enum tw_status find_chunk(struct store *store, int64_t blob, uint64_t position, int64_t *row,
+				 struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number FROM chunk WHERE blob = ? AND position = ?");
+	sql_bind_int(&q, blob);
+	sql_bind_int(&q, (int64_t)position);
+	bool found = sql_step(&q);
+	*row = found ? sql_int(&q) : 0;
+	enum tw_status status = sql_end(&q, error);
+	return status == TW_OK && !found ? gone(error) : status;
+}
+
+/* Opened and closed each time: an open handle holds a snapshot, behind which the WAL could not be emptied. */
+static enum tw_status read_chunk(struct store *store, int64_t row, uint64_t offset, void *bytes, size_t size,
+				 struct tw_error *error)
+{
+	sqlite3_blob *handle = NULL;
+	int code = sqlite3_blob_open(store->db, "main", "chunk", "bytes", row, 0, &handle);
+	if (code == SQLITE_OK)
+		code = sqlite3_blob_read(handle, bytes, (int)size, (int)offset);
+	sqlite3_blob_close(handle);
+	/* SQLITE_ERROR: no such row (deleted meanwhile), or shorter than its blob says. */
+	return code == SQLITE_OK ? TW_OK : code == SQLITE_ERROR ? gone(error) : sql_fail(store->db, code, error);
+}
+
+enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size, size_t *got,
+			 struct tw_error *error)
+{
+	uint64_t end;
+	enum tw_status status = blob_extent(store, number, &end, error);
+	char *to = bytes;
+	*got = 0;
+	while (status == TW_OK && *got < size && offset < end) {
+		int64_t row;
+		uint64_t inside = offset % BLOB_CHUNK;
+		uint64_t part = BLOB_CHUNK - inside;
+		part = part < end - offset ? part : end - offset;
+		part = part < size - *got ? part : size - *got;
+		status = find_chunk(store, number, offset / BLOB_CHUNK, &row, error);
+		if (status == TW_OK)
+			status = read_chunk(store, row, inside, to + *got, (size_t)part, error);
+		if (status == TW_OK) {
+			*got += (size_t)part;
+			offset += part;
+		}
+	}
+	return status;
+}

@@ -1,0 +1,20 @@
+/* How blobs are written: inside the transaction that the caller has begun. Internal to this folder. */
+#ifndef STORAGE_CHUNK_H
+#define STORAGE_CHUNK_H
+
+#include "storage/blob.h"
+
+/* One chunk of at most BLOB_CHUNK bytes at its place in a blob. */
+enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, const void *bytes, size_t size,
+			 struct tw_error *error) TW_NODISCARD;
+
+/* Ends a blob: its hash from those of its chunks. */
+enum tw_status chunk_seal(struct store *store, int64_t blob, uint8_t hash[BLOB_HASH_SIZE],
+			  struct tw_error *error) TW_NODISCARD;
+
+/* A whole blob of a resource from memory. Of `blob`, number and hash are results; role, name, media_type, type, columns,
+ * rows and size say what it is. */
+enum tw_status chunk_write_blob(struct store *store, int64_t resource, struct blob *blob, const void *bytes,
+				struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,206 @@
+/* What the database looks like, and how an older one becomes that.
+ *
+ * Numbers (INTEGER PRIMARY KEY AUTOINCREMENT, so never used twice) order rows by age and are what pages and readers hold;
+ * ids (TEXT) are what clients see. Enumerations are kept as the integers of the headers. Times are milliseconds. */
+#include "storage/schema.h"
+
+#include "storage/sql.h"
+
+static const char resources_and_queue[] =
+	"CREATE TABLE resource("
+	"	number INTEGER PRIMARY KEY AUTOINCREMENT,"
+	"	id TEXT NOT NULL UNIQUE,"
+	"	kind INTEGER NOT NULL," /* enum resource_kind */
+	"	name TEXT NOT NULL,"
+	"	options TEXT NOT NULL CHECK (json_valid(options)),"
+	"	summary TEXT CHECK (json_valid(summary)),"
+	"	created_ms INTEGER NOT NULL"
+	") STRICT;"
+	"CREATE INDEX resource_by_kind ON resource(kind, number);"
+
+	/* What a resource is made from. No action on delete: it is refused while something needs it. */
+	"CREATE TABLE need("
+	"	resource INTEGER NOT NULL REFERENCES resource ON DELETE CASCADE,"
+	"	position INTEGER NOT NULL,"
+	"	needed INTEGER NOT NULL REFERENCES resource,"
+	"	PRIMARY KEY (resource, position)"
+	") STRICT, WITHOUT ROWID;"
+	"CREATE INDEX need_by_needed ON need(needed, resource);"
+
+	"CREATE TABLE idempotency("
+	"	kind INTEGER NOT NULL,"
+	"	key TEXT NOT NULL,"
+	"	fingerprint BLOB NOT NULL," /* hash of the whole request */
+	"	resource INTEGER NOT NULL REFERENCES resource ON DELETE CASCADE,"
+	"	PRIMARY KEY (kind, key)"
+	") STRICT, WITHOUT ROWID;"
+	"CREATE INDEX idempotency_by_resource ON idempotency(resource);"
+
+	"CREATE TABLE job("
+	"	number INTEGER PRIMARY KEY AUTOINCREMENT,"
+	"	id TEXT NOT NULL UNIQUE,"
+	"	resource INTEGER NOT NULL UNIQUE REFERENCES resource ON DELETE CASCADE,"
+	"	kind INTEGER NOT NULL,"
+	"	state INTEGER NOT NULL DEFAULT 0 CHECK (state BETWEEN 0 AND 4)," /* enum job_state */
+	"	priority INTEGER NOT NULL DEFAULT 0,"
+	"	waiting_for INTEGER NOT NULL DEFAULT 0 CHECK (waiting_for >= 0)," /* needs that have not succeeded */
+	"	attempts INTEGER NOT NULL DEFAULT 0,"
+	"	attempts_max INTEGER NOT NULL,"
+	"	fence INTEGER NOT NULL DEFAULT 0," /* grows with every claim */
+	"	not_before_ms INTEGER NOT NULL DEFAULT 0,"
+	"	lease_until_ms INTEGER NOT NULL DEFAULT 0,"
+	"	worker TEXT NOT NULL DEFAULT '',"
+	"	cancel_requested INTEGER NOT NULL DEFAULT 0,"
+	"	progress REAL NOT NULL DEFAULT 0,"
+	"	stage TEXT NOT NULL DEFAULT '',"
+	"	partial TEXT,"
+	"	failure_status INTEGER NOT NULL DEFAULT 0," /* enum tw_status */
+	"	failure_type TEXT NOT NULL DEFAULT '',"
+	"	failure_where TEXT NOT NULL DEFAULT '',"
+	"	failure_text TEXT NOT NULL DEFAULT '',"
+	"	created_ms INTEGER NOT NULL,"
+	"	started_ms INTEGER NOT NULL DEFAULT 0,"
+	"	finished_ms INTEGER NOT NULL DEFAULT 0,"
+	"	change INTEGER NOT NULL DEFAULT 0"
+	") STRICT;"
+	"CREATE INDEX job_claimable ON job(priority DESC, number) WHERE state = 0 AND waiting_for = 0;"
+	"CREATE INDEX job_leased ON job(lease_until_ms) WHERE state = 1;"
+	"CREATE INDEX job_by_state ON job(state);"
+	"CREATE UNIQUE INDEX job_by_change ON job(change);"
+
+	/* Counts changes of jobs; a counter of its own, because the job with the highest change may be deleted. */
+	"CREATE TABLE change(only INTEGER PRIMARY KEY CHECK (only = 1), value INTEGER NOT NULL) STRICT;"
+	"INSERT INTO change VALUES (1, 0);"
+	"CREATE TRIGGER job_added AFTER INSERT ON job BEGIN"
+	"	UPDATE change SET value = value + 1;"
+	"	UPDATE job SET change = (SELECT value FROM change) WHERE number = NEW.number;"
+	" END;"
+	"CREATE TRIGGER job_changed AFTER UPDATE OF state, cancel_requested, progress, stage, partial ON job"
+	" WHEN OLD.state <> NEW.state OR OLD.cancel_requested <> NEW.cancel_requested OR OLD.progress <> NEW.progress"
+	"   OR OLD.stage <> NEW.stage OR OLD.partial IS NOT NEW.partial BEGIN"
+	"	UPDATE change SET value = value + 1;"
+	"	UPDATE job SET change = (SELECT value FROM change) WHERE number = NEW.number;"
+	" END;"
+
+	"CREATE TABLE blob("
+	"	number INTEGER PRIMARY KEY AUTOINCREMENT,"
+	"	resource INTEGER REFERENCES resource ON DELETE CASCADE," /* NULL: an upload that nothing uses yet */
+	"	upload TEXT UNIQUE," /* id of an upload; NULL for arrays and artifacts */
+	"	role INTEGER NOT NULL," /* enum blob_role */
+	"	name TEXT NOT NULL,"
+	"	file_name TEXT NOT NULL DEFAULT '',"
+	"	media_type TEXT NOT NULL DEFAULT '',"
+	"	type INTEGER NOT NULL DEFAULT 0," /* enum tw_type; type, columns and rows of an array */
+	"	columns INTEGER NOT NULL DEFAULT 0,"
+	"	rows INTEGER NOT NULL DEFAULT 0,"
+	"	size INTEGER NOT NULL DEFAULT 0,"
+	"	hash BLOB," /* NULL while it is being written */
+	"	touched_ms INTEGER NOT NULL,"
+	"	UNIQUE (resource, role, name)"
+	") STRICT;"
+	"CREATE INDEX blob_unused ON blob(touched_ms) WHERE resource IS NULL;"
+
+	/* Every chunk but the last of a blob has BLOB_CHUNK bytes. */
+	"CREATE TABLE chunk("
+	"	number INTEGER PRIMARY KEY,"
+	"	blob INTEGER NOT NULL REFERENCES blob ON DELETE CASCADE,"
+	"	position INTEGER NOT NULL,"
+	"	hash BLOB NOT NULL,"
+	"	bytes BLOB NOT NULL,"
+	"	UNIQUE (blob, position)"
+	") STRICT;";
+
+static const char rig[] =
+	"CREATE TABLE rig("
+	"	only INTEGER PRIMARY KEY CHECK (only = 1),"
+	"	device TEXT NOT NULL,"
+	"	status TEXT NOT NULL,"
+	"	text TEXT NOT NULL,"
+	"	updated_ms INTEGER NOT NULL,"
+	"	sample BLOB" /* as in recording_chunk */
+	") STRICT;"
+
+	/* Samples in the order in which they were taken, 8 + 2 * 24 bytes each, little-endian. */
+	"CREATE TABLE recording_chunk("
+	"	resource INTEGER NOT NULL REFERENCES resource ON DELETE CASCADE,"
+	"	first INTEGER NOT NULL," /* number of its first sample */
+	"	count INTEGER NOT NULL,"
+	"	samples BLOB NOT NULL,"
+	"	PRIMARY KEY (resource, first)"
+	") STRICT;";
+
+static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig};
+
+static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)
+{
+	sqlite3_stmt *statement = NULL;
+	int code = sqlite3_prepare_v2(db, pragma, -1, &statement, NULL);
+	if (code == SQLITE_OK)
+		code = sqlite3_step(statement);
+	if (code == SQLITE_ROW) {
+		*value = sqlite3_column_int64(statement, 0);
+		code = SQLITE_OK;
+	}
+	sqlite3_finalize(statement);
+	return code;
+}
+
+static enum tw_status check_owner(sqlite3 *db, int64_t version, struct tw_error *error)
+{
+	int64_t application = 0;
+	int64_t tables = 0;
+	int code = read_pragma(db, "PRAGMA application_id", &application);
+	if (code == SQLITE_OK)
+		code = read_pragma(db, "SELECT count(*) FROM sqlite_schema", &tables);
+	if (code != SQLITE_OK)
+		return sql_fail(db, code, error);
+	bool empty = version == 0 && application == 0 && tables == 0;
+	if (!empty && application != SCHEMA_APPLICATION_ID)
+		return tw_fail(error, TW_ERROR_INPUT, "store-foreign", NULL,
+			       "this database belongs to another program; name a file of its own for the store");
+	return TW_OK;
+}
+
+static enum tw_status apply(sqlite3 *db, int64_t version, struct tw_error *error)
+{
+	char text[96];
+	int code = sqlite3_exec(db, migrations[version], NULL, NULL, NULL);
+	snprintf(text, sizeof text, "PRAGMA application_id = %d; PRAGMA user_version = %d", SCHEMA_APPLICATION_ID,
+		 (int)version + 1);
+	if (code == SQLITE_OK)
+		code = sqlite3_exec(db, text, NULL, NULL, NULL);
+	return code == SQLITE_OK ? TW_OK : sql_fail(db, code, error);
+}
+
+/* The version is read under the write lock, so that of several processes one migrates and the others find it done. */
+static enum tw_status migrate_once(sqlite3 *db, int target, bool *done, struct tw_error *error)
+{
+	int64_t version = 0;
+	int code = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL);
+	if (code == SQLITE_OK)
+		code = read_pragma(db, "PRAGMA user_version", &version);
+	enum tw_status status = code == SQLITE_OK ? check_owner(db, version, error) : sql_fail(db, code, error);
+	if (status == TW_OK && (version < 0 || version > SCHEMA_VERSION))
+		status = tw_fail(error, TW_ERROR_UNSUPPORTED, "store-newer", NULL,
+				 "the store has version %lld, this tightwire knows up to %d; run the newer one",
+				 (long long)version, SCHEMA_VERSION);
+	*done = version >= target;
+	if (status == TW_OK && !*done)
+		status = apply(db, version, error);
+	if (status == TW_OK) {
+		code = sqlite3_exec(db, "COMMIT", NULL, NULL, NULL);
+		status = code == SQLITE_OK ? TW_OK : sql_fail(db, code, error);
+	}
+	if (status != TW_OK && !sqlite3_get_autocommit(db))
+		sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
+	return status;
+}
+
+enum tw_status schema_migrate(sqlite3 *db, int target, struct tw_error *error)
+{
+	bool done = false;
+	enum tw_status status = TW_OK;
+	while (status == TW_OK && !done)
+		status = migrate_once(db, target, &done, error);
+	return status;
+}

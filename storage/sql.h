@@ -1,0 +1,74 @@
+/* SQLite without the noise, for the files of this folder: cached statements that are bound and read in order, errors that
+ * stick until the end, and transactions that end well or not at all.
+ *
+ *     struct sql q = sql_query(store, "SELECT id, size FROM blob WHERE number = ?");
+ *     sql_bind_int(&q, number);
+ *     while (sql_step(&q))
+ *             use(sql_text(&q), sql_int(&q));
+ *     return sql_end(&q, error);
+ */
+#ifndef STORAGE_SQL_H
+#define STORAGE_SQL_H
+
+#include "storage/store.h"
+
+#include <sqlite3.h>
+
+enum { SQL_STATEMENTS_MAX = 96 };
+
+struct store {
+	sqlite3 *db;
+	int64_t (*now_ms)(void *context);
+	void *clock_context;
+	bool durable; /* what PRAGMA synchronous stands at */
+	/* Prepared statements by the address of their text, which is a literal. */
+	struct {
+		const char *text;
+		sqlite3_stmt *statement;
+	} statements[SQL_STATEMENTS_MAX];
+	int statement_count;
+};
+
+struct sql {
+	struct store *store;
+	sqlite3_stmt *statement; /* NULL where preparing failed */
+	int code;                /* the first SQLite error, or SQLITE_OK */
+	int bound;               /* parameters bound so far */
+	int column;              /* next column to read */
+};
+
+/* `text` must be a literal. */
+struct sql sql_query(struct store *store, const char *text);
+
+void sql_bind_int(struct sql *q, int64_t value);
+void sql_bind_real(struct sql *q, double value);
+void sql_bind_text(struct sql *q, const char *text);                  /* borrowed until sql_end; NULL binds NULL */
+void sql_bind_bytes(struct sql *q, const void *bytes, uint64_t size); /* borrowed until sql_end */
+
+/* True when there is a row; false at the end and after an error. */
+bool sql_step(struct sql *q);
+
+/* The next column of the row. Text and bytes are borrowed until the next step; text may be NULL. */
+int64_t sql_int(struct sql *q);
+double sql_real(struct sql *q);
+const char *sql_text(struct sql *q);
+const void *sql_bytes(struct sql *q, size_t *size);
+void sql_copy_text(struct sql *q, char *out, size_t size);             /* cut to size; NULL gives "" */
+char *sql_own_text(struct sql *q);                                     /* heap; NULL stays NULL, sets SQLITE_NOMEM */
+
+/* Resets the statement and tells the first error. */
+enum tw_status sql_end(struct sql *q, struct tw_error *error) TW_NODISCARD;
+
+/* Steps to the end, ends, and tells how many rows were changed (`changed` may be NULL). */
+enum tw_status sql_run(struct sql *q, int64_t *changed, struct tw_error *error) TW_NODISCARD;
+
+/* What a SQLite code means to the callers of this folder. */
+enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error);
+
+/* `durable`: on the disk when transaction_end returns. */
+enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error) TW_NODISCARD;
+
+/* Commits where `status` is TW_OK, else rolls back. Returns `status`, or why the commit failed. */
+enum tw_status transaction_end(struct store *store, enum tw_status status, struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,230 @@
+/* Uploads, written as they arrive: a chunk is one transaction, which also moves the size on. Two writers on one upload
+ * cannot both do that: the second finds another size and is refused. */
+#include "storage/chunk.h"
+#include "storage/id.h"
+#include "storage/sql.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct upload {
+	struct store *store; /* borrowed */
+	int64_t blob;
+	char id[STORE_ID_SIZE];
+	uint64_t limit;
+	uint64_t stored; /* bytes in the store: whole chunks until it is sealed */
+	size_t buffered; /* bytes in `buffer` */
+	bool broken;     /* an error has happened */
+	char buffer[BLOB_CHUNK];
+};
+
+static struct upload *new_upload(struct store *store, uint64_t limit)
+{
+	struct upload *upload = malloc(sizeof *upload);
+	if (upload) {
+		upload->store = store;
+		upload->limit = limit;
+		upload->stored = 0;
+		upload->buffered = 0;
+		upload->broken = false;
+	}
+	return upload;
+}
+
+static void cut(char out[BLOB_NAME_SIZE], const char *text)
+{
+	size_t size = text ? strnlen(text, BLOB_NAME_SIZE - 1) : 0;
+	/* Not through the middle of a UTF-8 character. */
+	if (text && text[size])
+		while (size && ((unsigned char)text[size] & 0xc0) == 0x80)
+			size--;
+	if (size)
+		memcpy(out, text, size);
+	out[size] = '\0';
+}
+
+static enum tw_status insert_upload(struct upload *upload, const char *part, const char *file_name,
+				    const char *media_type, struct tw_error *error)
+{
+	char names[3][BLOB_NAME_SIZE];
+	cut(names[0], part);
+	cut(names[1], file_name);
+	cut(names[2], media_type);
+	struct sql q = sql_query(upload->store, "INSERT INTO blob(upload, role, name, file_name, media_type, touched_ms)"
+						" VALUES (?, ?, ?, ?, ?, ?)");
+	sql_bind_text(&q, upload->id);
+	sql_bind_int(&q, BLOB_UPLOAD);
+	for (int i = 0; i < 3; i++)
+		sql_bind_text(&q, names[i]);
+	sql_bind_int(&q, store_now_ms(upload->store));
+	return sql_run(&q, NULL, error);
+}
+
+enum tw_status upload_begin(struct upload **upload, struct store *store, const char *part, const char *file_name,
+			    const char *media_type, uint64_t limit, struct tw_error *error)
+{
+	struct upload *begun = new_upload(store, limit);
+	if (!begun)
+		return tw_fail_memory(error);
+	id_random(begun->id, "upload");
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status == TW_OK) {
+		status = insert_upload(begun, part, file_name, media_type, error);
+		begun->blob = sqlite3_last_insert_rowid(store->db);
+		status = transaction_end(store, status, error);
+	}
+	if (status == TW_OK)
+		*upload = begun;
+	else
+		upload_free(begun);
+	return status;
+}
+
+static enum tw_status find_upload(struct upload *upload, const char *id, struct tw_error *error)
+{
+	struct sql q = sql_query(upload->store, "SELECT number, size, hash IS NOT NULL FROM blob WHERE upload = ?");
+	sql_bind_text(&q, id);
+	bool found = sql_step(&q);
+	bool sealed = false;
+	if (found) {
+		upload->blob = sql_int(&q);
+		upload->stored = (uint64_t)sql_int(&q);
+		sealed = sql_int(&q);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK)
+		return status;
+	if (!found)
+		return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-upload", NULL, "there is no upload %.64s", id);
+	if (sealed)
+		return tw_fail(error, TW_ERROR_CONFLICT, "upload-sealed", NULL, "the upload %.64s is complete", id);
+	snprintf(upload->id, sizeof upload->id, "%s", id);
+	return TW_OK;
+}
+
+enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
+			     uint64_t *offset, struct tw_error *error)
+{
+	struct upload *resumed = new_upload(store, limit);
+	if (!resumed)
+		return tw_fail_memory(error);
+	enum tw_status status = find_upload(resumed, id, error);
+	if (status != TW_OK) {
+		upload_free(resumed);
+		return status;
+	}
+	*offset = resumed->stored;
+	*upload = resumed;
+	return TW_OK;
+}
+
+/* Inside a transaction. */
+static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
+{
+	int64_t changed = 0;
+	struct sql q = sql_query(upload->store, "UPDATE blob SET size = size + ?, touched_ms = ?"
+						" WHERE number = ? AND size = ? AND hash IS NULL");
+	sql_bind_int(&q, (int64_t)upload->buffered);
+	sql_bind_int(&q, store_now_ms(upload->store));
+	sql_bind_int(&q, upload->blob);
+	sql_bind_int(&q, (int64_t)upload->stored);
+	enum tw_status status = sql_run(&q, &changed, error);
+	if (status == TW_OK && changed != 1)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "upload-conflict", NULL,
+				 "the upload was continued or removed by somebody else");
+	if (status == TW_OK && upload->buffered)
+		status = chunk_add(upload->store, upload->blob, upload->stored / BLOB_CHUNK, upload->buffer, upload->buffered,
+				   error);
+	return status;
+}
+
+static enum tw_status flush(struct upload *upload, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(upload->store, false, error);
+	if (status == TW_OK) {
+		status = store_chunk(upload, error);
+		status = transaction_end(upload->store, status, error);
+	}
+	if (status == TW_OK) {
+		upload->stored += upload->buffered;
+		upload->buffered = 0;
+	}
+	return status;
+}
+
+static enum tw_status refuse_broken(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_CONFLICT, "upload-broken", NULL, "the upload failed before; begin or resume it again");
+}
+
+enum tw_status upload_write(struct upload *upload, const void *bytes, size_t size, struct tw_error *error)
+{
+	if (upload->broken)
+		return refuse_broken(error);
+	enum tw_status status = TW_OK;
+	if (size > upload->limit || upload_size(upload) > upload->limit - size)
+		status = tw_fail(error, TW_ERROR_LIMIT, "upload-too-large", NULL, "more than the %llu bytes that are taken",
+				 (unsigned long long)upload->limit);
+	const char *from = bytes;
+	while (status == TW_OK && size) {
+		size_t part = BLOB_CHUNK - upload->buffered;
+		part = part < size ? part : size;
+		memcpy(upload->buffer + upload->buffered, from, part);
+		upload->buffered += part;
+		from += part;
+		size -= part;
+		if (upload->buffered == BLOB_CHUNK)
+			status = flush(upload, error);
+	}
+	upload->broken = status != TW_OK;
+	return status;
+}
+
+enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
+{
+	uint8_t hash[BLOB_HASH_SIZE];
+	if (upload->broken)
+		return refuse_broken(error);
+	if (upload_size(upload) == 0)
+		return tw_fail(error, TW_ERROR_INPUT, "upload-empty", NULL, "no bytes came; send the file as the body");
+	enum tw_status status = transaction_begin(upload->store, true, error);
+	if (status == TW_OK) {
+		status = store_chunk(upload, error);
+		if (status == TW_OK)
+			status = chunk_seal(upload->store, upload->blob, hash, error);
+		status = transaction_end(upload->store, status, error);
+	}
+	upload->stored += upload->buffered;
+	upload->buffered = 0;
+	upload->broken = true; /* nothing may follow */
+	return status;
+}
+
+const char *upload_id(const struct upload *upload)
+{
+	return upload->id;
+}
+
+uint64_t upload_size(const struct upload *upload)
+{
+	return upload->stored + upload->buffered;
+}
+
+void upload_free(struct upload *upload)
+{
+	free(upload);
+}
+
+enum tw_status upload_discard(struct store *store, const char *id, struct tw_error *error)
+{
+	int64_t dropped = 0;
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "DELETE FROM blob WHERE upload = ? AND resource IS NULL");
+	sql_bind_text(&q, id);
+	status = sql_run(&q, &dropped, error);
+	if (status == TW_OK && !dropped)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-upload", NULL, "there is no upload %.64s", id);
+	return transaction_end(store, status, error);
+}
