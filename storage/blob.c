@@ -39,7 +39,8 @@ enum tw_status blob_find(struct store *store, const char *resource_id, enum blob
 		read_blob(&q, blob);
 	enum tw_status status = sql_end(&q, error);
 	if (status == TW_OK && !found)
-		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-blob", NULL, "%s has no \"%.100s\"", resource_id, name);
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-blob", NULL, "%s has no \"%.100s\"", resource_id,
+				 name);
 	return status;
 }
 

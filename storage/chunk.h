@@ -12,8 +12,8 @@ enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, c
 enum tw_status chunk_seal(struct store *store, int64_t blob, uint8_t hash[BLOB_HASH_SIZE],
 			  struct tw_error *error) TW_NODISCARD;
 
-/* A whole blob of a resource from memory. Of `blob`, number and hash are results; role, name, media_type, type, columns,
- * rows and size say what it is. */
+/* A whole blob of a resource from memory. Of `blob`, number and hash are results; role, name, media_type, type,
+ * columns, rows and size say what it is. */
 enum tw_status chunk_write_blob(struct store *store, int64_t resource, struct blob *blob, const void *bytes,
 				struct tw_error *error) TW_NODISCARD;
 

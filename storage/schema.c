@@ -1,7 +1,8 @@
 /* What the database looks like, and how an older one becomes that.
  *
- * Numbers (INTEGER PRIMARY KEY AUTOINCREMENT, so never used twice) order rows by age and are what pages and readers hold;
- * ids (TEXT) are what clients see. Enumerations are kept as the integers of the headers. Times are milliseconds. */
+ * Numbers (INTEGER PRIMARY KEY AUTOINCREMENT, so never used twice) order rows by age and are what pages and readers
+ * hold; ids (TEXT) are what clients see. Enumerations are kept as the integers of the headers. Times are milliseconds.
+ */
 #include "storage/schema.h"
 
 #include "storage/sql.h"
@@ -12,8 +13,8 @@ static const char resources_and_queue[] =
 	"	id TEXT NOT NULL UNIQUE,"
 	"	kind INTEGER NOT NULL," /* enum resource_kind */
 	"	name TEXT NOT NULL,"
-	"	options TEXT NOT NULL CHECK (json_valid(options)),"
-	"	summary TEXT CHECK (json_valid(summary)),"
+	"	options TEXT NOT NULL,"
+	"	summary TEXT,"
 	"	created_ms INTEGER NOT NULL"
 	") STRICT;"
 	"CREATE INDEX resource_by_kind ON resource(kind, number);"
@@ -85,7 +86,7 @@ static const char resources_and_queue[] =
 	"CREATE TABLE blob("
 	"	number INTEGER PRIMARY KEY AUTOINCREMENT,"
 	"	resource INTEGER REFERENCES resource ON DELETE CASCADE," /* NULL: an upload that nothing uses yet */
-	"	upload TEXT UNIQUE," /* id of an upload; NULL for arrays and artifacts */
+	"	upload TEXT UNIQUE,"    /* id of an upload; NULL for arrays and artifacts */
 	"	role INTEGER NOT NULL," /* enum blob_role */
 	"	name TEXT NOT NULL,"
 	"	file_name TEXT NOT NULL DEFAULT '',"
@@ -110,24 +111,23 @@ static const char resources_and_queue[] =
 	"	UNIQUE (blob, position)"
 	") STRICT;";
 
-static const char rig[] =
-	"CREATE TABLE rig("
-	"	only INTEGER PRIMARY KEY CHECK (only = 1),"
-	"	device TEXT NOT NULL,"
-	"	status TEXT NOT NULL,"
-	"	text TEXT NOT NULL,"
-	"	updated_ms INTEGER NOT NULL,"
-	"	sample BLOB" /* as in recording_chunk */
-	") STRICT;"
+static const char rig[] = "CREATE TABLE rig("
+			  "	only INTEGER PRIMARY KEY CHECK (only = 1),"
+			  "	device TEXT NOT NULL,"
+			  "	status TEXT NOT NULL,"
+			  "	text TEXT NOT NULL,"
+			  "	updated_ms INTEGER NOT NULL,"
+			  "	sample BLOB" /* as in recording_chunk */
+			  ") STRICT;"
 
-	/* Samples in the order in which they were taken, 8 + 2 * 24 bytes each, little-endian. */
-	"CREATE TABLE recording_chunk("
-	"	resource INTEGER NOT NULL REFERENCES resource ON DELETE CASCADE,"
-	"	first INTEGER NOT NULL," /* number of its first sample */
-	"	count INTEGER NOT NULL,"
-	"	samples BLOB NOT NULL,"
-	"	PRIMARY KEY (resource, first)"
-	") STRICT;";
+			  /* Samples in the order in which they were taken, 8 + 2 * 24 bytes each, little-endian. */
+			  "CREATE TABLE recording_chunk("
+			  "	resource INTEGER NOT NULL REFERENCES resource ON DELETE CASCADE,"
+			  "	first INTEGER NOT NULL," /* number of its first sample */
+			  "	count INTEGER NOT NULL,"
+			  "	samples BLOB NOT NULL,"
+			  "	PRIMARY KEY (resource, first)"
+			  ") STRICT;";
 
 static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig};
 

@@ -1,5 +1,5 @@
-/* The tables, as a list of migrations: number n takes a database from version n-1 to n (PRAGMA user_version). A released
- * migration is never changed. */
+/* The tables, as a list of migrations: number n takes a database from version n-1 to n (PRAGMA user_version). A
+ * released migration is never changed. */
 #ifndef STORAGE_SCHEMA_H
 #define STORAGE_SCHEMA_H
 

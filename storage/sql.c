@@ -32,13 +32,16 @@ enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error)
 		return tw_fail(error, TW_ERROR_IO, "store-damaged", NULL,
 			       "the store is damaged (%s); restore it from a backup", message);
 	case SQLITE_TOOBIG:
-		return tw_fail(error, TW_ERROR_LIMIT, "store-row-too-large", NULL, "one row is too large for the store");
+		return tw_fail(error, TW_ERROR_LIMIT, "store-row-too-large", NULL,
+			       "one row is too large for the store");
 	case SQLITE_CONSTRAINT:
 	case SQLITE_MISUSE:
 	case SQLITE_ERROR:
-		return tw_fail(error, TW_ERROR_INTERNAL, "store-internal", NULL, "the store refused a statement: %s", message);
+		return tw_fail(error, TW_ERROR_INTERNAL, "store-internal", NULL, "the store refused a statement: %s",
+			       message);
 	default:
-		return tw_fail(error, TW_ERROR_IO, "store-io", NULL, "the store cannot be read or written: %s", message);
+		return tw_fail(error, TW_ERROR_IO, "store-io", NULL, "the store cannot be read or written: %s",
+			       message);
 	}
 }
 
@@ -57,7 +60,10 @@ struct sql sql_query(struct store *store, const char *text)
 		assert(!sqlite3_stmt_busy(q.statement));
 		return q;
 	}
-	assert(store->statement_count < SQL_STATEMENTS_MAX);
+	if (store->statement_count == SQL_STATEMENTS_MAX) {
+		q.code = SQLITE_INTERNAL;
+		return q;
+	}
 	q.code = sqlite3_prepare_v3(store->db, text, -1, SQLITE_PREPARE_PERSISTENT, &q.statement, NULL);
 	if (q.code == SQLITE_OK) {
 		store->statements[store->statement_count].text = text;
@@ -173,8 +179,9 @@ static enum tw_status execute(struct store *store, const char *text, struct tw_e
 enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error)
 {
 	if (store->durable != durable) {
-		int code = sqlite3_exec(store->db, durable ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL",
-					NULL, NULL, NULL);
+		int code =
+			sqlite3_exec(store->db, durable ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL",
+				     NULL, NULL, NULL);
 		if (code != SQLITE_OK)
 			return sql_fail(store->db, code, error);
 		store->durable = durable;

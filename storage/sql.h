@@ -1,5 +1,5 @@
-/* SQLite without the noise, for the files of this folder: cached statements that are bound and read in order, errors that
- * stick until the end, and transactions that end well or not at all.
+/* SQLite without the noise, for the files of this folder: cached statements that are bound and read in order, errors
+ * that stick until the end, and transactions that end well or not at all.
  *
  *     struct sql q = sql_query(store, "SELECT id, size FROM blob WHERE number = ?");
  *     sql_bind_int(&q, number);
@@ -14,7 +14,7 @@
 
 #include <sqlite3.h>
 
-enum { SQL_STATEMENTS_MAX = 96 };
+enum { SQL_STATEMENTS_MAX = 128 };
 
 struct store {
 	sqlite3 *db;
@@ -53,8 +53,8 @@ int64_t sql_int(struct sql *q);
 double sql_real(struct sql *q);
 const char *sql_text(struct sql *q);
 const void *sql_bytes(struct sql *q, size_t *size);
-void sql_copy_text(struct sql *q, char *out, size_t size);             /* cut to size; NULL gives "" */
-char *sql_own_text(struct sql *q);                                     /* heap; NULL stays NULL, sets SQLITE_NOMEM */
+void sql_copy_text(struct sql *q, char *out, size_t size); /* cut to size; NULL gives "" */
+char *sql_own_text(struct sql *q);                         /* heap; NULL stays NULL, sets SQLITE_NOMEM */
 
 /* Resets the statement and tells the first error. */
 enum tw_status sql_end(struct sql *q, struct tw_error *error) TW_NODISCARD;

@@ -1,7 +1,7 @@
 /* Opening, closing and caring for the database file.
  *
- * WAL, because readers (the daemon) must not wait for writers (the workers). Pages of 8 KiB, because most of the file is
- * chunks of a megabyte. Incremental vacuum, so that a deleted suit gives its space back without a stop. */
+ * WAL, because readers (the daemon) must not wait for writers (the workers). Pages of 8 KiB, because most of the file
+ * is chunks of a megabyte. Incremental vacuum, so that a deleted suit gives its space back without a stop. */
 #include "storage/schema.h"
 #include "storage/sql.h"
 
@@ -44,9 +44,11 @@ static enum tw_status parse_url(const char *url, struct target *target, struct t
 	bool known = !strncmp(url, scheme, sizeof scheme - 1);
 	size_t size = known ? (query ? (size_t)(query - path) : strlen(path)) : 0;
 	target->limit_bytes = 0;
-	if (!known || size == 0 || size >= sizeof target->path || (query && !parse_limit(query + 1, &target->limit_bytes)))
+	if (!known || size == 0 || size >= sizeof target->path ||
+	    (query && !parse_limit(query + 1, &target->limit_bytes)))
 		return tw_fail(error, TW_ERROR_INPUT, "store-url", NULL,
-			       "the store \"%.200s\" is not understood; write sqlite:PATH or sqlite:PATH?limit_bytes=N", url);
+			       "the store \"%.200s\" is not understood; write sqlite:PATH or sqlite:PATH?limit_bytes=N",
+			       url);
 	memcpy(target->path, path, size);
 	target->path[size] = '\0';
 	return TW_OK;
@@ -92,11 +94,12 @@ static int set_up(sqlite3 *db, uint64_t limit_bytes)
 
 static enum tw_status open_database(struct store *store, const struct target *target, struct tw_error *error)
 {
-	int code = sqlite3_open_v2(target->path, &store->db,
-				   SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, NULL);
+	int code = sqlite3_open_v2(
+		target->path, &store->db,
+		SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, NULL);
 	if (code != SQLITE_OK)
-		return tw_fail(error, TW_ERROR_IO, "store-io", NULL, "the store %.200s cannot be opened: %s", target->path,
-			       store->db ? sqlite3_errmsg(store->db) : sqlite3_errstr(code));
+		return tw_fail(error, TW_ERROR_IO, "store-io", NULL, "the store %.200s cannot be opened: %s",
+			       target->path, store->db ? sqlite3_errmsg(store->db) : sqlite3_errstr(code));
 	sqlite3_busy_timeout(store->db, BUSY_TIMEOUT_MS);
 	sqlite3_db_config(store->db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
 	code = set_up(store->db, target->limit_bytes);
@@ -174,7 +177,8 @@ static enum tw_status copy_to(struct store *store, sqlite3 *copy, struct tw_erro
 	sqlite3_backup *backup = sqlite3_backup_init(copy, "main", store->db, "main");
 	if (!backup)
 		return sql_fail(copy, sqlite3_errcode(copy), error);
-	/* All in one step: a backup in parts starts over with every write of another process. WAL keeps writers going. */
+	/* All in one step: a backup in parts starts over with every write of another process. WAL keeps writers going.
+	 */
 	int code = sqlite3_backup_step(backup, -1);
 	int finished = sqlite3_backup_finish(backup);
 	if (code == SQLITE_DONE)

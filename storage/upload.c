@@ -50,8 +50,9 @@ static enum tw_status insert_upload(struct upload *upload, const char *part, con
 	cut(names[0], part);
 	cut(names[1], file_name);
 	cut(names[2], media_type);
-	struct sql q = sql_query(upload->store, "INSERT INTO blob(upload, role, name, file_name, media_type, touched_ms)"
-						" VALUES (?, ?, ?, ?, ?, ?)");
+	struct sql q =
+		sql_query(upload->store, "INSERT INTO blob(upload, role, name, file_name, media_type, touched_ms)"
+					 " VALUES (?, ?, ?, ?, ?, ?)");
 	sql_bind_text(&q, upload->id);
 	sql_bind_int(&q, BLOB_UPLOAD);
 	for (int i = 0; i < 3; i++)
@@ -133,8 +134,8 @@ static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
 		status = tw_fail(error, TW_ERROR_CONFLICT, "upload-conflict", NULL,
 				 "the upload was continued or removed by somebody else");
 	if (status == TW_OK && upload->buffered)
-		status = chunk_add(upload->store, upload->blob, upload->stored / BLOB_CHUNK, upload->buffer, upload->buffered,
-				   error);
+		status = chunk_add(upload->store, upload->blob, upload->stored / BLOB_CHUNK, upload->buffer,
+				   upload->buffered, error);
 	return status;
 }
 
@@ -154,7 +155,8 @@ static enum tw_status flush(struct upload *upload, struct tw_error *error)
 
 static enum tw_status refuse_broken(struct tw_error *error)
 {
-	return tw_fail(error, TW_ERROR_CONFLICT, "upload-broken", NULL, "the upload failed before; begin or resume it again");
+	return tw_fail(error, TW_ERROR_CONFLICT, "upload-broken", NULL,
+		       "the upload failed before; begin or resume it again");
 }
 
 enum tw_status upload_write(struct upload *upload, const void *bytes, size_t size, struct tw_error *error)
@@ -163,8 +165,8 @@ enum tw_status upload_write(struct upload *upload, const void *bytes, size_t siz
 		return refuse_broken(error);
 	enum tw_status status = TW_OK;
 	if (size > upload->limit || upload_size(upload) > upload->limit - size)
-		status = tw_fail(error, TW_ERROR_LIMIT, "upload-too-large", NULL, "more than the %llu bytes that are taken",
-				 (unsigned long long)upload->limit);
+		status = tw_fail(error, TW_ERROR_LIMIT, "upload-too-large", NULL,
+				 "more than the %llu bytes that are taken", (unsigned long long)upload->limit);
 	const char *from = bytes;
 	while (status == TW_OK && size) {
 		size_t part = BLOB_CHUNK - upload->buffered;

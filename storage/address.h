@@ -1,0 +1,16 @@
+/* The content address of a draft: what makes two requests equal. Internal to this folder. */
+#ifndef STORAGE_ADDRESS_H
+#define STORAGE_ADDRESS_H
+
+#include "storage/blob.h"
+#include "storage/resource.h"
+
+/* Meshes, motions and fields are found again by their address; the others are new each time. */
+bool address_is_id(enum resource_kind kind);
+
+/* BLAKE2b-256 of kind, options, needs, uploads (part, file type, bytes' hash) and, where it shows in the result, name.
+ * TW_ERROR_NOT_FOUND "no-such-upload", TW_ERROR_CONFLICT "upload-not-sealed" | "upload-used". */
+enum tw_status address_of_draft(struct store *store, const struct resource_draft *draft,
+				uint8_t address[BLOB_HASH_SIZE], struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,407 @@
+/* Resources: creating them with their job, reading, removing. */
+#include "storage/resource.h"
+
+#include "storage/address.h"
+#include "storage/id.h"
+#include "storage/row.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ATTEMPTS_DEFAULT = 3 };
+
+void resource_clear(struct resource *resource)
+{
+	free(resource->name);
+	free(resource->options);
+	free(resource->summary);
+	job_clear(&resource->job);
+	resource->name = resource->options = resource->summary = NULL;
+}
+
+void resource_page_clear(struct resource_page *page)
+{
+	for (size_t i = 0; i < page->count; i++)
+		resource_clear(&page->resources[i]);
+	free(page->resources);
+	memset(page, 0, sizeof *page);
+}
+
+/* --- reading
+ * ---------------------------------------------------------------------------------------------------------- */
+
+static enum tw_status read_by_id(struct store *store, int kind, const char *id, struct resource *resource,
+				 struct tw_error *error)
+{
+	struct sql q =
+		sql_query(store, "SELECT " ROW_RESOURCE_COLUMNS " FROM resource r JOIN job j ON j.resource = r.number"
+				 " WHERE r.id = ?1 AND (?2 < 0 OR r.kind = ?2)");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	bool found = sql_step(&q);
+	if (found)
+		row_read_resource(&q, resource);
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK && found)
+		resource_clear(resource);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL, "there is no %s %.64s",
+				 kind < 0 ? "resource" : resource_kind_name((enum resource_kind)kind), id);
+	return status;
+}
+
+enum tw_status resource_get(struct store *store, enum resource_kind kind, const char *id, struct resource *resource,
+			    struct tw_error *error)
+{
+	return read_by_id(store, (int)kind, id, resource, error);
+}
+
+static enum tw_status read_page(struct sql *q, uint32_t limit, struct resource_page *page, struct tw_error *error)
+{
+	int64_t last = 0;
+	bool more = false;
+	memset(page, 0, sizeof *page);
+	page->resources = calloc(limit, sizeof *page->resources);
+	if (!page->resources)
+		q->code = SQLITE_NOMEM;
+	while (!more && sql_step(q)) {
+		more = page->count == limit;
+		if (more)
+			break;
+		last = sql_int(q);
+		row_read_resource(q, &page->resources[page->count++]);
+	}
+	page->next = more ? last : 0;
+	enum tw_status status = sql_end(q, error);
+	if (status != TW_OK)
+		resource_page_clear(page);
+	return status;
+}
+
+enum tw_status resource_list(struct store *store, const struct resource_query *query, struct resource_page *page,
+			     struct tw_error *error)
+{
+	uint32_t limit = query->limit < 1 ? 1 : query->limit > 1000 ? 1000 : query->limit;
+	struct sql q =
+		query->needs ? sql_query(store, "SELECT r.number, " ROW_RESOURCE_COLUMNS
+						" FROM resource r JOIN job j ON j.resource = r.number"
+						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
+						" AND r.number IN (SELECT n.resource FROM need n JOIN resource m ON "
+						"m.number = n.needed"
+						"  WHERE m.id = ?5) ORDER BY r.number DESC LIMIT ?4")
+			     : sql_query(store, "SELECT r.number, " ROW_RESOURCE_COLUMNS
+						" FROM resource r JOIN job j ON j.resource = r.number"
+						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
+						" ORDER BY r.number DESC LIMIT ?4");
+	sql_bind_int(&q, query->kind);
+	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
+	sql_bind_int(&q, query->states);
+	sql_bind_int(&q, limit + 1);
+	if (query->needs)
+		sql_bind_text(&q, query->needs);
+	return read_page(&q, limit, page, error);
+}
+
+enum tw_status resource_needs(struct store *store, const char *id, enum resource_kind kind, char (**ids)[STORE_ID_SIZE],
+			      size_t *count, struct tw_error *error)
+{
+	char(*list)[STORE_ID_SIZE] = NULL;
+	size_t used = 0;
+	size_t room = 0;
+	struct sql q = sql_query(store, "SELECT m.id FROM resource r JOIN need n ON n.resource = r.number"
+					" JOIN resource m ON m.number = n.needed WHERE r.id = ? AND m.kind = ?"
+					" ORDER BY n.position");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	while (sql_step(&q)) {
+		if (used == room) {
+			room = room ? 2 * room : 8;
+			void *more = realloc(list, room * sizeof *list);
+			if (!more) {
+				q.code = SQLITE_NOMEM;
+				break;
+			}
+			list = more;
+		}
+		sql_copy_text(&q, list[used++], STORE_ID_SIZE);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK) {
+		free(list);
+		return status;
+	}
+	*ids = list;
+	*count = used;
+	return TW_OK;
+}
+
+/* --- creating, inside one transaction
+ * --------------------------------------------------------------------------------- */
+
+static enum tw_status discard_uploads(struct store *store, const struct resource_draft *draft, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
+		struct sql q = sql_query(store, "DELETE FROM blob WHERE upload = ? AND resource IS NULL");
+		sql_bind_text(&q, draft->uploads[i]);
+		status = sql_run(&q, NULL, error);
+	}
+	return status;
+}
+
+static enum tw_status take_uploads(struct store *store, int64_t resource, const struct resource_draft *draft,
+				   struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
+		struct sql q = sql_query(store, "UPDATE blob SET resource = ? WHERE upload = ?");
+		sql_bind_int(&q, resource);
+		sql_bind_text(&q, draft->uploads[i]);
+		status = sql_run(&q, NULL, error);
+	}
+	return status;
+}
+
+static enum tw_status refuse_failed_need(struct store *store, int64_t resource, struct tw_error *error)
+{
+	struct sql q = sql_query(
+		store, "SELECT r.id, j.failure_text FROM need n JOIN resource r ON r.number = n.needed"
+		       " JOIN job j ON j.resource = r.number WHERE n.resource = ? AND j.state IN (3, 4) LIMIT 1");
+	sql_bind_int(&q, resource);
+	enum tw_status refused = TW_OK;
+	if (sql_step(&q)) {
+		const char *id = sql_text(&q);
+		refused = tw_fail(error, TW_ERROR_CONFLICT, "dependency-failed", NULL,
+				  "%s, which this would be made from, has failed or was cancelled: %.250s", id,
+				  sql_text(&q));
+	}
+	enum tw_status status = sql_end(&q, refused == TW_OK ? error : NULL);
+	return refused != TW_OK ? refused : status;
+}
+
+static enum tw_status insert_needs(struct store *store, int64_t resource, const struct resource_draft *draft,
+				   struct tw_error *error)
+{
+	for (size_t i = 0; i < draft->need_count; i++) {
+		int64_t needed;
+		enum tw_status status = row_find_resource(store, draft->needs[i], &needed, error);
+		if (status != TW_OK)
+			return status;
+		struct sql q = sql_query(store, "INSERT INTO need(resource, position, needed) VALUES (?, ?, ?)");
+		sql_bind_int(&q, resource);
+		sql_bind_int(&q, (int64_t)i);
+		sql_bind_int(&q, needed);
+		status = sql_run(&q, NULL, error);
+		if (status != TW_OK)
+			return status;
+	}
+	return refuse_failed_need(store, resource, error);
+}
+
+static enum tw_status insert_job(struct store *store, int64_t resource, const struct resource_draft *draft,
+				 struct tw_error *error)
+{
+	char id[STORE_ID_SIZE];
+	id_random(id, "job");
+	struct sql q = sql_query(store, "INSERT INTO job(id, resource, kind, priority, attempts_max, created_ms)"
+					" VALUES (?, ?, ?, ?, ?, ?)");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, resource);
+	sql_bind_int(&q, draft->kind);
+	sql_bind_int(&q, draft->priority);
+	sql_bind_int(&q, draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT);
+	sql_bind_int(&q, store_now_ms(store));
+	enum tw_status status = sql_run(&q, NULL, error);
+	return status == TW_OK ? row_count_needs(store, resource, error) : status;
+}
+
+static enum tw_status insert_resource(struct store *store, const char *id, const struct resource_draft *draft,
+				      int64_t *number, struct tw_error *error)
+{
+	struct sql q =
+		sql_query(store, "INSERT INTO resource(id, kind, name, options, created_ms) VALUES (?, ?, ?, ?, ?)");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, draft->kind);
+	sql_bind_text(&q, draft->name ? draft->name : "");
+	sql_bind_text(&q, draft->options ? draft->options : "{}");
+	sql_bind_int(&q, store_now_ms(store));
+	enum tw_status status = sql_run(&q, NULL, error);
+	*number = sqlite3_last_insert_rowid(store->db);
+	return status;
+}
+
+static enum tw_status insert_all(struct store *store, const char *id, const struct resource_draft *draft,
+				 struct tw_error *error)
+{
+	int64_t number = 0;
+	enum tw_status status = insert_resource(store, id, draft, &number, error);
+	if (status == TW_OK)
+		status = insert_needs(store, number, draft, error);
+	if (status == TW_OK)
+		status = insert_job(store, number, draft, error);
+	return status == TW_OK ? take_uploads(store, number, draft, error) : status;
+}
+
+static enum tw_status remember_key(struct store *store, const char *id, const struct resource_draft *draft,
+				   const uint8_t fingerprint[BLOB_HASH_SIZE], struct tw_error *error)
+{
+	if (!draft->idempotency_key)
+		return TW_OK;
+	struct sql q = sql_query(store, "INSERT OR IGNORE INTO idempotency(kind, key, fingerprint, resource)"
+					" SELECT ?, ?, ?, number FROM resource WHERE id = ?");
+	sql_bind_int(&q, draft->kind);
+	sql_bind_text(&q, draft->idempotency_key);
+	sql_bind_bytes(&q, fingerprint, BLOB_HASH_SIZE);
+	sql_bind_text(&q, id);
+	return sql_run(&q, NULL, error);
+}
+
+/* `id` is "" when the key is new. */
+static enum tw_status find_by_key(struct store *store, const struct resource_draft *draft,
+				  const uint8_t fingerprint[BLOB_HASH_SIZE], char id[STORE_ID_SIZE],
+				  struct tw_error *error)
+{
+	bool same = true;
+	id[0] = '\0';
+	if (!draft->idempotency_key)
+		return TW_OK;
+	struct sql q = sql_query(store, "SELECT r.id, i.fingerprint = ? FROM idempotency i"
+					" JOIN resource r ON r.number = i.resource WHERE i.kind = ? AND i.key = ?");
+	sql_bind_bytes(&q, fingerprint, BLOB_HASH_SIZE);
+	sql_bind_int(&q, draft->kind);
+	sql_bind_text(&q, draft->idempotency_key);
+	if (sql_step(&q)) {
+		sql_copy_text(&q, id, STORE_ID_SIZE);
+		same = sql_int(&q);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !same)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "idempotency-key-reused", NULL,
+				 "this Idempotency-Key came with another request before; use a new one");
+	return status;
+}
+
+static enum tw_status exists(struct store *store, const char *id, bool *found, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT 1 FROM resource WHERE id = ?");
+	sql_bind_text(&q, id);
+	*found = sql_step(&q);
+	return sql_end(&q, error);
+}
+
+/* Equal content is there already: nothing to do, unless it failed the last time. */
+static enum tw_status use_again(struct store *store, const char *id, const struct resource_draft *draft,
+				enum resource_outcome *outcome, struct tw_error *error)
+{
+	int64_t failed = 0;
+	*outcome = RESOURCE_EXISTED;
+	enum tw_status status = discard_uploads(store, draft, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "SELECT j.number FROM job j JOIN resource r ON r.number = j.resource"
+					" WHERE r.id = ? AND j.state IN (3, 4)");
+	sql_bind_text(&q, id);
+	if (sql_step(&q))
+		failed = sql_int(&q);
+	status = sql_end(&q, error);
+	if (status != TW_OK || !failed || !address_is_id(draft->kind))
+		return status;
+	*outcome = RESOURCE_RETRIED;
+	return row_redrive(store, failed, error);
+}
+
+static enum tw_status create(struct store *store, const struct resource_draft *draft, char id[STORE_ID_SIZE],
+			     enum resource_outcome *outcome, struct tw_error *error)
+{
+	uint8_t address[BLOB_HASH_SIZE];
+	bool found = false;
+	enum tw_status status = address_of_draft(store, draft, address, error);
+	if (status == TW_OK)
+		status = find_by_key(store, draft, address, id, error);
+	if (status != TW_OK)
+		return status;
+	if (id[0]) {
+		found = true;
+	} else if (address_is_id(draft->kind)) {
+		id_from_bytes(id, resource_kind_name(draft->kind), address);
+		status = exists(store, id, &found, error);
+	} else {
+		id_random(id, resource_kind_name(draft->kind));
+	}
+	if (status != TW_OK)
+		return status;
+	*outcome = RESOURCE_CREATED;
+	status = found ? use_again(store, id, draft, outcome, error) : insert_all(store, id, draft, error);
+	return status == TW_OK ? remember_key(store, id, draft, address, error) : status;
+}
+
+enum tw_status resource_create(struct store *store, const struct resource_draft *draft, struct resource *resource,
+			       enum resource_outcome *outcome, struct tw_error *error)
+{
+	char id[STORE_ID_SIZE];
+	enum tw_status status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = create(store, draft, id, outcome, error);
+	if (status == TW_OK)
+		status = read_by_id(store, (int)draft->kind, id, resource, error);
+	enum tw_status ended = transaction_end(store, status, error);
+	if (status == TW_OK && ended != TW_OK)
+		resource_clear(resource);
+	return ended;
+}
+
+/* --- removing
+ * --------------------------------------------------------------------------------------------------------- */
+
+static enum tw_status refuse_in_use(struct store *store, int64_t resource, const char *id, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT count(DISTINCT resource) FROM need WHERE needed = ?");
+	sql_bind_int(&q, resource);
+	int64_t users = sql_step(&q) ? sql_int(&q) : 0;
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && users)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "resource-in-use", NULL,
+				 "%" PRId64 " other resources are made from %.64s; delete them first, or all together",
+				 users, id);
+	return status;
+}
+
+static enum tw_status delete_with_dependents(struct store *store, int64_t resource, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "WITH RECURSIVE down(resource) AS (VALUES (?)"
+					" UNION SELECT n.resource FROM need n JOIN down d ON n.needed = d.resource)"
+					" DELETE FROM resource WHERE number IN (SELECT resource FROM down)");
+	sql_bind_int(&q, resource);
+	return sql_run(&q, NULL, error);
+}
+
+static enum tw_status delete_one(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
+				 struct tw_error *error)
+{
+	int64_t number = 0;
+	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ? AND kind = ?");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	bool found = sql_step(&q);
+	if (found)
+		number = sql_int(&q);
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL, "there is no %s %.64s",
+				 resource_kind_name(kind), id);
+	if (status == TW_OK && !with_dependents)
+		status = refuse_in_use(store, number, id, error);
+	return status == TW_OK ? delete_with_dependents(store, number, error) : status;
+}
+
+enum tw_status resource_delete(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
+			       struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = delete_one(store, kind, id, with_dependents, error);
+	return transaction_end(store, status, error);
+}

@@ -1,0 +1,38 @@
+/* Rows of jobs and resources as structs. Internal to this folder. The columns belong to statements that call the tables
+ * `j` (job) and `r` (resource). */
+#ifndef STORAGE_ROW_H
+#define STORAGE_ROW_H
+
+#include "storage/resource.h"
+#include "storage/sql.h"
+
+#define ROW_JOB_COLUMNS                                                                                                \
+	"j.id, r.id, j.kind, j.state, j.cancel_requested, j.waiting_for, j.attempts, j.attempts_max, j.priority,"      \
+	" j.progress, j.stage, j.partial, j.worker, j.created_ms, j.started_ms, j.finished_ms, j.lease_until_ms,"      \
+	" j.change, j.failure_status, j.failure_type, j.failure_where, j.failure_text"
+#define ROW_RESOURCE_COLUMNS "r.id, r.kind, r.name, r.options, r.summary, r.created_ms, " ROW_JOB_COLUMNS
+
+void row_read_job(struct sql *q, struct job *job);
+void row_read_resource(struct sql *q, struct resource *resource);
+
+/* The number of a resource by id. TW_ERROR_NOT_FOUND "no-such-resource". */
+enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number,
+				 struct tw_error *error) TW_NODISCARD;
+
+/* What the queue's and the resources' files share; all inside a transaction of the caller. */
+
+/* Ends a job. Succeeded: what waited for it may go on. Failed or cancelled: what waited for it fails. */
+enum tw_status row_end_job(struct store *store, int64_t job, enum job_state state, const struct tw_error *failure,
+			   struct tw_error *error) TW_NODISCARD;
+
+/* Queues a failed or cancelled job again, with those it needs. */
+enum tw_status row_redrive(struct store *store, int64_t job, struct tw_error *error) TW_NODISCARD;
+
+/* Counts again what queued jobs wait for: of `resource`, and of everything it is made from. */
+enum tw_status row_count_needs(struct store *store, int64_t resource, struct tw_error *error) TW_NODISCARD;
+
+/* Renews a lease; `stage` and `partial` may be NULL. TW_ERROR_CONFLICT "lease-lost". */
+enum tw_status row_renew_lease(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
+			       const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
+
+#endif
