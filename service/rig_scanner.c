@@ -66,6 +66,12 @@ static void put_sample(struct rig_scanner *scanner, const struct rig_sample *sam
 	pthread_mutex_unlock(&scanner->lock);
 }
 
+static void back_off(struct rig_scanner *scanner)
+{
+	scanner->next_attempt_us = now_us(CLOCK_MONOTONIC) + scanner->backoff_us;
+	scanner->backoff_us = scanner->backoff_us * 2 > BACKOFF_LAST_US ? BACKOFF_LAST_US : scanner->backoff_us * 2;
+}
+
 /* True when connected. Waits out the back-off by returning false. */
 static bool ensure_connected(struct rig_scanner *scanner)
 {
@@ -78,9 +84,7 @@ static bool ensure_connected(struct rig_scanner *scanner)
 	}
 	struct tw_error error;
 	if (rig_device_connect(scanner->device, &error)) {
-		scanner->next_attempt_us = now_us(CLOCK_MONOTONIC) + scanner->backoff_us;
-		scanner->backoff_us =
-			scanner->backoff_us * 2 > BACKOFF_LAST_US ? BACKOFF_LAST_US : scanner->backoff_us * 2;
+		back_off(scanner);
 		note_problem(scanner, &error, 1);
 		return false;
 	}
@@ -99,13 +103,14 @@ static void scan_once(struct rig_scanner *scanner)
 		return;
 	enum tw_status status = rig_device_scan(scanner->device, sample.counts, &error);
 	if (status) {
+		if (!rig_device_is_connected(scanner->device))
+			back_off(scanner);
 		note_problem(scanner, &error, 1);
 		return;
 	}
 	/* Only an answer proves that the peer is alive: a peer that accepts and hangs up at once keeps the back-off
 	 * growing. */
 	scanner->backoff_us = BACKOFF_FIRST_US;
-	scanner->next_attempt_us = 0;
 	sample.time_us = now_us(CLOCK_REALTIME);
 	put_sample(scanner, &sample);
 }
