@@ -11,5 +11,6 @@ struct command {
 };
 
 int command_steiner(int argc, char **argv);
+int command_rig(int argc, char **argv);
 
 #endif

@@ -8,6 +8,7 @@
 
 static const struct command commands[] = {
 	{"steiner", command_steiner, "exact Steiner tree of a PACE or SteinLib file"},
+	{"rig", command_rig, "read the acquisition box of the bench rig"},
 	{NULL, NULL, NULL},
 };
 

@@ -70,10 +70,9 @@ static modbus_t *new_modbus(const char *url, struct tw_error *error)
 enum tw_status rig_device_new(struct rig_device **device, const struct rig_device_options *options,
 			      struct tw_error *error)
 {
-	if (options->count < 1 || options->count > RIG_SENSORS_MAX || options->address + options->count > 65536 ||
-	    options->unit > 255)
-		return tw_fail(error, TW_ERROR_INPUT, "rig-device", "registers",
-			       "1 to %d registers below 65536 of a unit below 256 can be read", RIG_SENSORS_MAX);
+	if (options->address + RIG_CHANNELS > 65536 || options->unit > 255)
+		return tw_fail(error, TW_ERROR_INPUT, "rig-device", "address",
+			       "registers lie below 65536, of a unit below 256");
 	struct rig_device *made = calloc(1, sizeof *made);
 	if (!made)
 		return tw_fail_memory(error);
@@ -141,14 +140,14 @@ enum tw_status rig_device_scan(struct rig_device *device, uint16_t *registers, s
 {
 	const struct rig_device_options *o = &device->options;
 	errno = 0;
-	int got = o->holding ? modbus_read_registers(device->modbus, (int)o->address, (int)o->count, registers)
-			     : modbus_read_input_registers(device->modbus, (int)o->address, (int)o->count, registers);
-	if (got == (int)o->count)
+	int got = o->holding ? modbus_read_registers(device->modbus, (int)o->address, RIG_CHANNELS, registers)
+			     : modbus_read_input_registers(device->modbus, (int)o->address, RIG_CHANNELS, registers);
+	if (got == RIG_CHANNELS)
 		return TW_OK;
 	int reason = errno ? errno : ETIMEDOUT;
 	if (got < 0 && is_exception(reason))
 		return tw_fail(error, TW_ERROR_UNSUPPORTED, "rig-exception", o->url,
-			       "the device refuses registers %u to %u: %s", o->address, o->address + o->count - 1,
+			       "the device refuses registers %u to %u: %s", o->address, o->address + RIG_CHANNELS - 1,
 			       modbus_strerror(reason));
 	disconnect(device);
 	return tw_fail(error, TW_ERROR_IO, "rig-unreachable", o->url, "no answer from %s: %s", o->url,

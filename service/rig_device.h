@@ -3,17 +3,15 @@
 #ifndef SERVICE_RIG_DEVICE_H
 #define SERVICE_RIG_DEVICE_H
 
+#include "storage/rig.h"
 #include "tightwire.h"
 
 #include <stdbool.h>
-
-enum { RIG_SENSORS_MAX = 125 }; /* registers that one Modbus request can carry */
 
 struct rig_device_options {
 	const char *url;     /* borrowed: tcp://HOST:PORT, or rtu:/dev/ttyUSB0?baud=115200 */
 	uint32_t unit;       /* Modbus unit (slave) address */
 	uint32_t address;    /* of the first register, 0-based */
-	uint32_t count;      /* registers, 1…RIG_SENSORS_MAX */
 	int holding;         /* 0: input registers (function 4), 1: holding registers (function 3) */
 	uint32_t timeout_ms; /* for a connect and for an answer */
 };
@@ -30,8 +28,8 @@ bool rig_device_is_connected(const struct rig_device *device);
 /* Connects; blocks for timeout_ms at most. TW_ERROR_IO says why not. */
 enum tw_status rig_device_connect(struct rig_device *device, struct tw_error *error) TW_NODISCARD;
 
-/* Reads `count` registers. TW_ERROR_UNSUPPORTED is a Modbus exception: the device answered, the connection is good.
- * TW_ERROR_IO is everything else: the connection has been closed, connect again. */
+/* Reads RIG_CHANNELS registers. TW_ERROR_UNSUPPORTED is a Modbus exception: the device answered, the connection is
+ * good. TW_ERROR_IO is everything else: the connection has been closed, connect again. */
 enum tw_status rig_device_scan(struct rig_device *device, uint16_t *registers, struct tw_error *error) TW_NODISCARD;
 
 #endif

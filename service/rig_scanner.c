@@ -111,7 +111,7 @@ static void scan_once(struct rig_scanner *scanner)
 	/* Only an answer proves that the peer is alive: a peer that accepts and hangs up at once keeps the back-off
 	 * growing. */
 	scanner->backoff_us = BACKOFF_FIRST_US;
-	sample.time_us = now_us(CLOCK_REALTIME);
+	sample.at_us = now_us(CLOCK_REALTIME);
 	put_sample(scanner, &sample);
 }
 

@@ -4,14 +4,10 @@
 #define SERVICE_RIG_SCANNER_H
 
 #include "service/rig_device.h"
+#include "storage/rig.h"
 #include "tightwire.h"
 
 #include <stdbool.h>
-
-struct rig_sample {
-	int64_t time_us; /* when the answer was complete, since the epoch (UTC) */
-	uint16_t counts[RIG_SENSORS_MAX];
-};
 
 struct rig_scanner_state {
 	bool connected;
