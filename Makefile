@@ -57,7 +57,7 @@ flags.solver/field/strain.c := -O3 -fno-math-errno -fno-trapping-math
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all help deps deps-test demo test test-unit test-http bench bench-steiner lint format format-check fuzz install clean
+.PHONY: all help deps deps-lint deps-test demo test test-unit test-http bench bench-steiner lint format format-check fuzz install clean
 
 all: $(out)/tightwire ## build the one binary (default)
 
@@ -67,6 +67,9 @@ help: ## this list
 # --- packages ----------------------------------------------------------------------------------------------------------
 deps: ## install what the build needs (Debian), where it is missing
 	$(Q)sh deploy/deps.sh build
+
+deps-lint: ## install what `make lint` needs (Debian), where it is missing
+	$(Q)sh deploy/deps.sh lint
 
 deps-test: ## install what the tests need (Debian and npm), where it is missing
 	$(Q)sh deploy/deps.sh test
@@ -169,7 +172,7 @@ build/lint/%.tidy: %
 	@touch $@
 build/lint/%.tidy: SHELL := /bin/bash
 
-lint: deps-test format-check ## layering, formatting, clang-tidy, cppcheck
+lint: deps-lint format-check ## layering, formatting, clang-tidy, cppcheck
 	$(Q)sh tests/layering.sh
 	$(Q)$(MAKE) --no-print-directory $(tidy_stamps)
 	$(Q)cppcheck --quiet --std=c11 --language=c --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \

@@ -1,5 +1,5 @@
 #!/bin/sh
-# deps.sh build|test: installs what is missing, and nothing else. Debian's packages through apt; what the HTTP tests need
+# deps.sh build|lint|test: installs what is missing, and nothing else. Debian's packages through apt; what the HTTP tests need
 # through npm, by the lock file. Quiet and quick when all is there.
 set -eu
 cd "$(dirname "$0")/.."
@@ -7,7 +7,8 @@ cd "$(dirname "$0")/.."
 build='gcc g++ make pkg-config libopenmesh-dev libmicrohttpd-dev libjansson-dev libsqlite3-dev libmodbus-dev
        libzstd-dev libsodium-dev coinor-libclp-dev'
 show='curl jq librsvg2-bin'
-test='libcmocka-dev libgeos-dev clang libclang-rt-14-dev clang-format clang-tidy cppcheck sqlite3'
+test='libcmocka-dev libgeos-dev clang libclang-rt-14-dev sqlite3'
+lint='clang-format clang-tidy cppcheck'
 
 missing() {
 	for package in "$@"; do
@@ -28,8 +29,14 @@ case "${1:-}" in
 build)
 	apt_install $(missing $build $show)
 	;;
+lint)
+	apt_install $(missing $build $lint)
+	;;
 test)
-	apt_install $(missing $build $show $test)
+	apt_install $(missing $build $show $lint)
+	apt_install $(missing $build $lint)
+	;;
+test)
 	# Any Node.js of version 18 or later will do, also one that did not come through apt.
 	command -v node >/dev/null || apt_install nodejs
 	command -v npm >/dev/null || apt_install npm
@@ -38,7 +45,7 @@ test)
 	fi
 	;;
 *)
-	echo "usage: deps.sh build|test" >&2
+	echo "usage: deps.sh build|lint|test" >&2
 	exit 2
 	;;
 esac
