@@ -37,14 +37,13 @@ struct tw_error {
 	char text[384];   /* one sentence: what was wrong and what to do */
 };
 
-/* Fills *error (may be NULL) and returns `status`, so that a caller can write `return tw_fail(error, …)`. `where` may
- * be NULL. The text is cut, never overrun. */
+/* Fills *error (may be NULL). `where` may be NULL. The text is cut, never overrun. */
 TW_PRINTF(5, 6)
-static inline enum tw_status tw_fail(struct tw_error *error, enum tw_status status, const char *type, const char *where,
-				     const char *format, ...)
+static inline void tw_error_fill(struct tw_error *error, enum tw_status status, const char *type, const char *where,
+				 const char *format, ...)
 {
 	if (!error)
-		return status;
+		return;
 	error->status = status;
 	error->type = type;
 	snprintf(error->where, sizeof error->where, "%s", where ? where : "");
@@ -52,8 +51,11 @@ static inline enum tw_status tw_fail(struct tw_error *error, enum tw_status stat
 	va_start(arguments, format);
 	vsnprintf(error->text, sizeof error->text, format, arguments);
 	va_end(arguments);
-	return status;
 }
+
+/* tw_error_fill(error, status, type, where, format, …) with `status` as its value: `return tw_fail(error, …)`. A macro,
+ * so that compilers and analysers see which status it is. */
+#define tw_fail(error, status, ...) (tw_error_fill((error), (status), __VA_ARGS__), (enum tw_status)(status))
 
 /* The failure that needs no explanation. */
 static inline enum tw_status tw_fail_memory(struct tw_error *error)
