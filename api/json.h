@@ -1,0 +1,29 @@
+/* JSON that comes from outside: checked for size and depth before it is parsed, refused when it has a member twice. */
+#ifndef API_JSON_H
+#define API_JSON_H
+
+#include "tightwire.h"
+
+#include <jansson.h>
+#include <stdbool.h>
+
+/* Parses one JSON object. Errors: TW_ERROR_LIMIT above TW_LIMIT_JSON_BYTES, TW_ERROR_INPUT "json-too-deep" above
+ * TW_LIMIT_JSON_DEPTH, "malformed-json" with the line, "invalid-input" when it is no object. The caller owns *object.
+ */
+enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object, struct tw_error *error) TW_NODISCARD;
+
+/* A stored JSON text as a value; null when it is NULL, empty or (which would be our bug) does not parse. */
+json_t *json_embed(const char *text) TW_NODISCARD;
+
+/* Milliseconds since 1970 as "2026-03-01T12:00:00.123Z"; null for 0. */
+json_t *json_time(int64_t time_ms) TW_NODISCARD;
+
+/* The string member `name`, borrowed from the object; *text is NULL where it is absent and not required. */
+enum tw_status json_get_text(const json_t *object, const char *name, bool required, const char **text,
+			     struct tw_error *error) TW_NODISCARD;
+
+/* Fails on a member that is not among `known` (NULL-terminated), with its JSON Pointer below `pointer`. */
+enum tw_status json_check_members(const json_t *object, const char *pointer, const char *const *known,
+				  struct tw_error *error) TW_NODISCARD;
+
+#endif
