@@ -1,0 +1,51 @@
+/* What a handler sees of a request. A handler parses, checks, makes one storage call and responds; it returns an error
+ * instead of responding, which becomes a problem. Known only within api/. */
+#ifndef API_CALL_H
+#define API_CALL_H
+
+#include "api/api.h"
+#include "api/query.h"
+#include "api/route.h"
+#include "api/upload.h"
+#include "storage/resource.h"
+
+struct api_call {
+	struct api *api;
+	const struct api_settings *settings; /* borrowed */
+	struct store *store;                 /* borrowed: this thread's */
+	struct api_request request;
+	struct query query;
+	struct route_match match; /* match.parameters[0] is the path's first {…} */
+	char *body;               /* ROUTE_JSON: [body_size], owned */
+	size_t body_size;
+	struct body_upload upload; /* ROUTE_UPLOAD: sealed when the handler runs */
+	struct api_response response;
+
+	/* Set by a handler that wants the connection held, `Prefer: wait`: it has not responded yet, and
+	 * resource_respond_awaited does once the job has ended or the time is over. */
+	struct {
+		char job_id[STORE_ID_SIZE]; /* "": nothing is waited for */
+		char resource_id[STORE_ID_SIZE];
+		enum resource_kind kind;
+		int64_t until_ms; /* CLOCK_MONOTONIC */
+	} wait;
+};
+
+/* The header's value, NULL where there is none. */
+const char *call_header(const struct api_call *call, const char *name);
+
+/* Tells the service that there is work. */
+void call_job_added(const struct api_call *call);
+
+/* Sets ETag and answers 304 when the request's If-None-Match names it: true, and there is nothing left to do. `etag`
+ * comes without quotes. */
+bool call_is_unchanged(struct api_call *call, const char *etag);
+
+/* Fails with "not-acceptable" unless Accept welcomes the media type. */
+enum tw_status call_check_accept(const struct api_call *call, const char *media_type,
+				 struct tw_error *error) TW_NODISCARD;
+
+/* Milliseconds of CLOCK_MONOTONIC. */
+int64_t call_now_ms(void);
+
+#endif

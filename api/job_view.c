@@ -1,0 +1,65 @@
+#include "api/job_view.h"
+
+#include "api/json.h"
+#include "api/problem.h"
+
+#include <string.h>
+
+json_t *job_show_problem(const struct job *job)
+{
+	if (job->state != JOB_FAILED)
+		return json_null();
+	struct tw_error error = {.status = job->failure.status, .type = job->failure.type};
+	snprintf(error.where, sizeof error.where, "%s", job->failure.where);
+	snprintf(error.text, sizeof error.text, "%s", job->failure.text);
+	return problem_json(&error);
+}
+
+static json_t *resource_link(const struct job *job)
+{
+	json_t *resource = json_object();
+	json_object_set_new(resource, "kind", json_string(resource_kind_name(job->kind)));
+	json_object_set_new(resource, "id", json_string(job->resource_id));
+	return resource;
+}
+
+json_t *job_show(const struct job *job)
+{
+	json_t *json = json_object();
+	json_object_set_new(json, "id", json_string(job->id));
+	json_object_set_new(json, "kind", json_string(job_kind_name(job->kind)));
+	json_object_set_new(json, "resource", resource_link(job));
+	json_object_set_new(json, "state", json_string(job_state_name(job->state)));
+	json_object_set_new(json, "cancel_requested", json_boolean(job->cancel_requested));
+	json_object_set_new(json, "progress", json_real(job->progress));
+	json_object_set_new(json, "stage", json_string(job->stage));
+	json_object_set_new(json, "waiting_for", json_integer(job->waiting_for));
+	json_object_set_new(json, "attempts", json_integer(job->attempts));
+	json_object_set_new(json, "attempts_max", json_integer(job->attempts_max));
+	json_object_set_new(json, "priority", json_integer(job->priority));
+	json_object_set_new(json, "partial", json_embed(job->partial));
+	json_object_set_new(json, "created_at", json_time(job->created_ms));
+	json_object_set_new(json, "started_at", json_time(job->started_ms));
+	json_object_set_new(json, "finished_at", json_time(job->finished_ms));
+	json_object_set_new(json, "problem", job_show_problem(job));
+	return json;
+}
+
+enum tw_status job_states_parse(const char *text, unsigned *states, struct tw_error *error)
+{
+	*states = 0;
+	while (text && *text) {
+		char word[16] = "";
+		size_t length = strcspn(text, ",");
+		enum job_state state = JOB_QUEUED;
+		if (length < sizeof word)
+			memcpy(word, text, length);
+		if (!job_state_by_name(word, &state))
+			return tw_fail(
+				error, TW_ERROR_INPUT, "invalid-parameter", "state",
+				"state is a list of queued, running, succeeded, failed and cancelled, with commas");
+		*states |= 1u << state;
+		text += length + (text[length] == ',');
+	}
+	return TW_OK;
+}

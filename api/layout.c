@@ -1,0 +1,96 @@
+/* Layouts: the request that solver/layout/request.h describes in, with the field that it is for; artifacts out. */
+#include "api/handlers.h"
+#include "api/json.h"
+#include "api/resource.h"
+#include "solver/layout/request.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define IDEMPOTENCY_KEY_MAX 255
+
+static enum tw_status check_field_exists(struct api_call *call, const char *id, struct tw_error *error)
+{
+	struct resource field = {0};
+	if (!id)
+		return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", "/field",
+			       "field is missing; give the id of a field");
+	enum tw_status status = resource_get(call->store, RESOURCE_FIELD, id, &field, error);
+	resource_clear(&field);
+	if (status == TW_ERROR_NOT_FOUND)
+		return tw_fail(error, TW_ERROR_INPUT, "no-such-field", "/field",
+			       "there is no such field; make it with POST /v1/fields");
+	return status;
+}
+
+static enum tw_status find_idempotency_key(const struct api_call *call, const char **key, struct tw_error *error)
+{
+	*key = call_header(call, "Idempotency-Key");
+	if (!*key || (**key && strlen(*key) <= IDEMPOTENCY_KEY_MAX))
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Idempotency-Key", "the key has 1 to %d characters",
+		       IDEMPOTENCY_KEY_MAX);
+}
+
+/* The request as the worker will read it and as it can be computed again a year later: as it came, without white space
+ * and with its members in one order, so that the same request always has the same bytes. */
+static enum tw_status canonical_request(const struct api_call *call, char **request, struct tw_error *error)
+{
+	json_t *body = NULL;
+	enum tw_status status = json_parse_object(call->body, call->body_size, &body, error);
+	if (status)
+		return status;
+	*request = json_dumps(body, JSON_COMPACT | JSON_SORT_KEYS);
+	json_decref(body);
+	return *request ? TW_OK : tw_fail_memory(error);
+}
+
+static enum tw_status create_layout(struct api_call *call, const char *field, struct tw_error *error)
+{
+	char *options = NULL;
+	const char *needs[] = {field};
+	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .needs = needs, .need_count = 1};
+	enum tw_status status = find_idempotency_key(call, &draft.idempotency_key, error);
+	if (!status)
+		status = canonical_request(call, &options, error);
+	draft.options = options;
+	if (!status)
+		status = resource_respond_create(call, &draft, error);
+	free(options);
+	return status;
+}
+
+enum tw_status post_layout(struct api_call *call, struct tw_error *error)
+{
+	struct layout_request request = {0};
+	enum tw_status status = query_only(&call->query, NULL, error);
+	if (!status)
+		status = layout_request_parse(&request, call->body ? call->body : "", call->body_size, error);
+	if (status)
+		return status;
+	status = check_field_exists(call, request.field, error);
+	if (!status)
+		status = create_layout(call, request.field, error);
+	layout_request_clear(&request);
+	return status;
+}
+
+enum tw_status list_layouts(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_list(call, RESOURCE_LAYOUT, NULL, error);
+}
+
+enum tw_status get_layout(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond(call, RESOURCE_LAYOUT, error);
+}
+
+enum tw_status get_layout_artifact(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_blob(call, RESOURCE_LAYOUT, BLOB_ARTIFACT, error);
+}
+
+enum tw_status delete_layout(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_delete(call, RESOURCE_LAYOUT, error);
+}

@@ -1,0 +1,124 @@
+/* Meshes and their motions: uploads in, resources out. */
+#include "api/handlers.h"
+#include "api/resource.h"
+#include "solver/garment/options.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+const char *const mesh_parts[] = {"worn", "pattern", NULL};
+const char *const motion_parts[] = {"motion", NULL};
+
+/* Every query parameter but `name` is an import option. */
+static enum tw_status parse_import_options(const struct api_call *call, char **options, struct tw_error *error)
+{
+	struct import_options values;
+	option_defaults(&import_option_table, &values);
+	for (size_t i = 0; i < call->query.pair_count; i++) {
+		const struct query_pair *pair = &call->query.pairs[i];
+		if (!strcmp(pair->name, "name"))
+			continue;
+		enum tw_status status = option_from_text(&import_option_table, &values, pair->name, pair->value, error);
+		if (status == TW_ERROR_NOT_FOUND)
+			return tw_fail(error, TW_ERROR_INPUT, "unknown-parameter", pair->name,
+				       "there is no import option of this name; see /openapi.yaml");
+		if (status)
+			return status;
+	}
+	json_t *json = option_to_json(&import_option_table, &values);
+	*options = json ? json_dumps(json, JSON_COMPACT) : NULL;
+	json_decref(json);
+	return *options ? TW_OK : tw_fail_memory(error);
+}
+
+/* What a person calls it: the query's name, else that of the first file. */
+static const char *display_name(const struct api_call *call)
+{
+	const char *name = query_get(&call->query, "name");
+	return name && *name ? name : call->upload.file_names[0];
+}
+
+static void draft_uploads(const struct api_call *call, struct resource_draft *draft,
+			  const char *uploads[BODY_UPLOADS_MAX])
+{
+	for (size_t i = 0; i < call->upload.count; i++)
+		uploads[i] = call->upload.ids[i];
+	draft->name = display_name(call);
+	draft->uploads = uploads;
+	draft->upload_count = call->upload.count;
+}
+
+enum tw_status post_mesh(struct api_call *call, struct tw_error *error)
+{
+	char *options = NULL;
+	const char *uploads[BODY_UPLOADS_MAX];
+	enum tw_status status = parse_import_options(call, &options, error);
+	struct resource_draft draft = {.kind = RESOURCE_MESH, .options = options};
+	draft_uploads(call, &draft, uploads);
+	if (!status)
+		status = resource_respond_create(call, &draft, error);
+	free(options);
+	return status;
+}
+
+enum tw_status list_meshes(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_list(call, RESOURCE_MESH, NULL, error);
+}
+
+enum tw_status get_mesh(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond(call, RESOURCE_MESH, error);
+}
+
+enum tw_status get_mesh_array(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_blob(call, RESOURCE_MESH, BLOB_ARRAY, error);
+}
+
+enum tw_status delete_mesh(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_delete(call, RESOURCE_MESH, error);
+}
+
+static enum tw_status check_mesh_exists(struct api_call *call, struct tw_error *error)
+{
+	struct resource mesh = {0};
+	enum tw_status status = resource_get(call->store, RESOURCE_MESH, call->match.parameters[0], &mesh, error);
+	resource_clear(&mesh);
+	return status;
+}
+
+enum tw_status post_motion(struct api_call *call, struct tw_error *error)
+{
+	static const char *const known[] = {"name", NULL};
+	const char *uploads[BODY_UPLOADS_MAX];
+	const char *needs[] = {call->match.parameters[0]};
+	struct resource_draft draft = {.kind = RESOURCE_MOTION, .needs = needs, .need_count = 1};
+	draft_uploads(call, &draft, uploads);
+	enum tw_status status = query_only(&call->query, known, error);
+	if (!status)
+		status = check_mesh_exists(call, error);
+	return status ? status : resource_respond_create(call, &draft, error);
+}
+
+enum tw_status list_motions(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = check_mesh_exists(call, error);
+	return status ? status : resource_respond_list(call, RESOURCE_MOTION, call->match.parameters[0], error);
+}
+
+enum tw_status get_motion(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond(call, RESOURCE_MOTION, error);
+}
+
+enum tw_status get_motion_array(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_blob(call, RESOURCE_MOTION, BLOB_ARRAY, error);
+}
+
+enum tw_status delete_motion(struct api_call *call, struct tw_error *error)
+{
+	return resource_respond_delete(call, RESOURCE_MOTION, error);
+}

@@ -1,0 +1,50 @@
+/* The one table of what the outside can ask for. The server, the Allow header and the test against openapi.yaml all
+ * read it. */
+#ifndef API_ROUTE_H
+#define API_ROUTE_H
+
+#include "tightwire.h"
+
+#include <stdbool.h>
+
+struct api_call;
+
+enum route_body {
+	ROUTE_NO_BODY,
+	ROUTE_JSON,   /* application/json, in memory, at most TW_LIMIT_JSON_BYTES */
+	ROUTE_UPLOAD, /* raw bytes or multipart/form-data, streamed into the store */
+};
+
+#define ROUTE_PARAMETERS_MAX 3
+#define ROUTE_PARAMETER_SIZE 96 /* no id or name is longer */
+
+struct route {
+	const char *method;
+	const char *path; /* "/v1/meshes/{mesh}": a segment in braces matches anything but nothing */
+	enum tw_status (*handle)(struct api_call *call, struct tw_error *error);
+	const char *produces; /* media type for the Accept check; NULL: the handler checks */
+	enum route_body body;
+	/* ROUTE_UPLOAD: names of the parts that a form may have, the first the one that a raw body is; NULL-terminated
+	 */
+	const char *const *parts;
+	unsigned flags;
+};
+
+#define ROUTE_OPEN 1u      /* answered without an API key */
+#define ROUTE_STORELESS 2u /* answered also when the store is broken */
+
+/* Ends with a row without method. */
+extern const struct route api_routes[];
+
+/* What a path's braces matched. */
+struct route_match {
+	const struct route *route; /* NULL: no route has this path and method */
+	char parameters[ROUTE_PARAMETERS_MAX][ROUTE_PARAMETER_SIZE];
+	bool path_known;
+	char allow[64]; /* methods of the path, for Allow */
+};
+
+/* HEAD finds the route of GET. */
+void route_find(const char *method, const char *path, struct route_match *match);
+
+#endif

@@ -1,0 +1,50 @@
+#include "api/handlers.h"
+
+#define JSON "application/json"
+
+const struct route api_routes[] = {
+	{"GET", "/livez", get_live, JSON, ROUTE_NO_BODY, NULL, ROUTE_OPEN | ROUTE_STORELESS},
+	{"GET", "/readyz", get_ready, JSON, ROUTE_NO_BODY, NULL, ROUTE_OPEN},
+	{"GET", "/metrics", get_metrics, "text/plain", ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/openapi.yaml", get_openapi, NULL, ROUTE_NO_BODY, NULL, ROUTE_OPEN | ROUTE_STORELESS},
+
+	{"GET", "/v1/meshes", list_meshes, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/meshes", post_mesh, JSON, ROUTE_UPLOAD, mesh_parts, 0},
+	{"GET", "/v1/meshes/{mesh}", get_mesh, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"DELETE", "/v1/meshes/{mesh}", delete_mesh, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/meshes/{mesh}/arrays/{array}", get_mesh_array, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/meshes/{mesh}/motions", list_motions, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/meshes/{mesh}/motions", post_motion, JSON, ROUTE_UPLOAD, motion_parts, 0},
+	{"GET", "/v1/meshes/{mesh}/motions/{motion}", get_motion, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"DELETE", "/v1/meshes/{mesh}/motions/{motion}", delete_motion, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/meshes/{mesh}/motions/{motion}/arrays/{array}", get_motion_array, NULL, ROUTE_NO_BODY, NULL,
+	 false},
+
+	{"GET", "/v1/fields", list_fields, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/fields", post_field, JSON, ROUTE_JSON, NULL, 0},
+	{"GET", "/v1/fields/{field}", get_field, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"DELETE", "/v1/fields/{field}", delete_field, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/fields/{field}/arrays/{array}", get_field_array, NULL, ROUTE_NO_BODY, NULL, 0},
+
+	{"GET", "/v1/layouts", list_layouts, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/layouts", post_layout, JSON, ROUTE_JSON, NULL, 0},
+	{"GET", "/v1/layouts/{layout}", get_layout, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"DELETE", "/v1/layouts/{layout}", delete_layout, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/layouts/{layout}/{artifact}", get_layout_artifact, NULL, ROUTE_NO_BODY, NULL, 0},
+
+	{"GET", "/v1/jobs", list_jobs, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/jobs/{job}", get_job, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/jobs/{job}/cancel", cancel_job, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/jobs/{job}/redrive", redrive_job, JSON, ROUTE_NO_BODY, NULL, 0},
+
+	{"GET", "/v1/rig", get_rig, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/rig/recordings", list_recordings, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/rig/recordings", post_recording, JSON, ROUTE_JSON, NULL, 0},
+	{"GET", "/v1/rig/recordings/{recording}", get_recording, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"DELETE", "/v1/rig/recordings/{recording}", delete_recording, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/rig/recordings/{recording}/samples", get_recording_samples, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/rig/recordings/{recording}/samples.csv", get_recording_csv, "text/csv", ROUTE_NO_BODY, NULL,
+	 false},
+
+	{NULL, NULL, NULL, NULL, ROUTE_NO_BODY, NULL, 0},
+};

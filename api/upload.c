@@ -1,0 +1,121 @@
+#include "api/upload.h"
+
+#include "api/header.h"
+
+#include <string.h>
+
+static enum tw_status begin_upload(struct body_upload *body, const char *part, const char *file_name,
+				   const char *media_type, struct tw_error *error)
+{
+	enum tw_status status =
+		upload_begin(&body->open, body->store, part, file_name, media_type, body->limit - body->taken, error);
+	if (status)
+		return status;
+	size_t i = body->count++;
+	snprintf(body->ids[i], sizeof body->ids[i], "%s", upload_id(body->open));
+	snprintf(body->names[i], sizeof body->names[i], "%s", part);
+	snprintf(body->file_names[i], sizeof body->file_names[i], "%s", file_name);
+	return TW_OK;
+}
+
+static enum tw_status begin_part(void *context, const struct multipart_part *part, struct tw_error *error)
+{
+	struct body_upload *body = context;
+	const char *const *known = body->parts;
+	while (*known && strcmp(*known, part->name) != 0)
+		known++;
+	if (!*known)
+		return tw_fail(error, TW_ERROR_INPUT, "unknown-part", part->name,
+			       "there is no part of this name here; see /openapi.yaml");
+	for (size_t i = 0; i < body->count; i++)
+		if (!strcmp(body->names[i], part->name))
+			return tw_fail(error, TW_ERROR_INPUT, "part-twice", part->name,
+				       "this part comes twice; send it once");
+	if (body->count == BODY_UPLOADS_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "unknown-part", part->name, "the form has too many parts");
+	return begin_upload(body, part->name, part->file_name, part->media_type, error);
+}
+
+static enum tw_status write_part(void *context, const void *bytes, size_t size, struct tw_error *error)
+{
+	struct body_upload *body = context;
+	body->taken += size;
+	return upload_write(body->open, bytes, size, error);
+}
+
+static enum tw_status end_part(void *context, struct tw_error *error)
+{
+	struct body_upload *body = context;
+	enum tw_status status = upload_seal(body->open, error);
+	if (status && error && !error->where[0])
+		snprintf(error->where, sizeof error->where, "part %s", body->names[body->count - 1]);
+	upload_free(body->open);
+	body->open = NULL;
+	return status;
+}
+
+/* What a mesh or a point cache may be called; the content decides, in the worker. */
+static bool is_raw_media_type(const char *media_type)
+{
+	static const char *const known[] = {"application/octet-stream", "text/plain",        "application/x-tar",
+					    "application/x-tgif",       "application/x-ply", "application/sla"};
+	for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+		if (!strcmp(media_type, known[i]))
+			return true;
+	return !strncmp(media_type, "model/", 6);
+}
+
+enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
+				const char *content_type, const char *file_name, uint64_t limit, struct tw_error *error)
+{
+	*body = (struct body_upload){.store = store, .parts = parts, .limit = limit};
+	char media_type[BLOB_NAME_SIZE] = "application/octet-stream";
+	if (content_type && !header_media_type(content_type, media_type, sizeof media_type))
+		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Content-Type",
+			       "this is no media type of the form type/subtype");
+	body->is_form = !strcmp(media_type, "multipart/form-data");
+	if (body->is_form) {
+		struct multipart_sink sink = {begin_part, write_part, end_part, body};
+		return multipart_init(&body->multipart, content_type, sink, error);
+	}
+	if (!is_raw_media_type(media_type))
+		return tw_fail(
+			error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
+			"send the file as it is (application/octet-stream, model/obj, …) or as multipart/form-data");
+	return begin_upload(body, parts[0], file_name ? file_name : "", media_type, error);
+}
+
+enum tw_status body_upload_write(struct body_upload *body, const void *bytes, size_t size, struct tw_error *error)
+{
+	return body->is_form ? multipart_feed(&body->multipart, bytes, size, error)
+			     : write_part(body, bytes, size, error);
+}
+
+enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *error)
+{
+	if (!body->is_form)
+		return end_part(body, error);
+	enum tw_status status = multipart_finish(&body->multipart, error);
+	if (status)
+		return status;
+	for (size_t i = 0; i < body->count; i++)
+		if (!strcmp(body->names[i], body->parts[0]))
+			return TW_OK;
+	return tw_fail(error, TW_ERROR_INPUT, "missing-part", body->parts[0], "the form has no part \"%s\"; add it",
+		       body->parts[0]);
+}
+
+void body_upload_release(struct body_upload *body)
+{
+	body->count = 0;
+}
+
+void body_upload_clear(struct body_upload *body)
+{
+	upload_free(body->open);
+	/* Where discarding fails, the store's sweep does it later. */
+	for (size_t i = 0; i < body->count; i++)
+		if (upload_discard(body->store, body->ids[i], NULL))
+			continue;
+	*body = (struct body_upload){0};
+}

@@ -1,0 +1,42 @@
+/* A request body that goes straight into the store: raw bytes as one upload, or the parts of a form as one each. At
+ * most one chunk of it is in memory (storage/blob.h). */
+#ifndef API_UPLOAD_H
+#define API_UPLOAD_H
+
+#include "api/multipart.h"
+#include "storage/blob.h"
+
+#define BODY_UPLOADS_MAX 2
+
+struct body_upload {
+	struct store *store;      /* borrowed */
+	const char *const *parts; /* allowed names, borrowed, NULL-terminated; the first is what a raw body is */
+	uint64_t limit;           /* bytes of all parts together */
+	uint64_t taken;
+	bool is_form;
+	struct multipart multipart;
+	struct upload *open; /* owned; the part that is being written, NULL between parts */
+	size_t count;        /* uploads begun; their ids are final once sealed */
+	char ids[BODY_UPLOADS_MAX][STORE_ID_SIZE];
+	char names[BODY_UPLOADS_MAX][BLOB_NAME_SIZE];      /* of the parts */
+	char file_names[BODY_UPLOADS_MAX][BLOB_NAME_SIZE]; /* "" where not given */
+};
+
+/* Begins. `content_type` NULL counts as bytes of an unknown type. `file_name`: of a raw body, may be NULL. Fails with
+ * "unsupported-media-type", "malformed-header", and what storage fails with. */
+enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
+				const char *content_type, const char *file_name, uint64_t limit,
+				struct tw_error *error) TW_NODISCARD;
+enum tw_status body_upload_write(struct body_upload *body, const void *bytes, size_t size,
+				 struct tw_error *error) TW_NODISCARD;
+
+/* Ends: every upload is sealed, and the first part of `parts` is among them, or it fails. */
+enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *error) TW_NODISCARD;
+
+/* The resource has taken the uploads over: clear leaves them alone. */
+void body_upload_release(struct body_upload *body);
+
+/* Frees what is held and discards the uploads that nobody took over. All zeros is allowed. */
+void body_upload_clear(struct body_upload *body);
+
+#endif
