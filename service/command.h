@@ -12,5 +12,7 @@ struct command {
 
 int command_steiner(int argc, char **argv);
 int command_rig(int argc, char **argv);
+int command_serve(int argc, char **argv);
+int command_key(int argc, char **argv);
 
 #endif

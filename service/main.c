@@ -7,8 +7,10 @@
 #include <string.h>
 
 static const struct command commands[] = {
+	{"serve", command_serve, "the HTTP service with its worker processes"},
 	{"steiner", command_steiner, "exact Steiner tree of a PACE or SteinLib file"},
 	{"rig", command_rig, "read the acquisition box of the bench rig"},
+	{"key", command_key, "make an API key for the service"},
 	{NULL, NULL, NULL},
 };
 
