@@ -19,9 +19,9 @@ struct field {
 	uint32_t edge_count;
 	struct field_options options; /* resolved: as it was computed */
 	double scale;                 /* units of weight per MPa mm2; per mm (FIELD_LENGTH); per edge (FIELD_UNIT) */
-	double *density;              /* [face_count] MPa, without eta */
-	uint64_t *weight;             /* [edge_count]; FIELD_FORBIDDEN */
-	float *coverage;              /* [edge_count] share of the strip that fabric covers, 0…1 */
+	const double *density;        /* [face_count] MPa, without eta */
+	const uint64_t *weight;       /* [edge_count]; FIELD_FORBIDDEN */
+	const float *coverage;        /* [edge_count] share of the strip that fabric covers, 0…1 */
 };
 
 /* What a request asks beyond the field; NULL for nothing. Arrays that are NULL do not take part. */
@@ -43,7 +43,7 @@ enum tw_status field_compute(struct field *field, struct arena *arena, const str
 
 /* Weighs anew a field whose `density` is given: other options, or a request's constraints. `density` is borrowed. */
 enum tw_status field_weigh(struct field *field, struct arena *arena, const struct garment *garment,
-			   const struct topology *topology, double *density, const struct field_options *options,
+			   const struct topology *topology, const double *density, const struct field_options *options,
 			   const struct field_constraints *constraints, unsigned threads,
 			   struct tw_error *error) TW_NODISCARD;
 

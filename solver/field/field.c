@@ -1,0 +1,245 @@
+/* Costs edge by edge, then one scale for all, then integers. The costs are shared out to threads; sums and the scale
+ * are taken in the order of the edges afterwards, so that they do not depend on who computed what. */
+#include "solver/field/field.h"
+
+#include "solver/field/strain.h"
+#include "solver/field/strip.h"
+#include "solver/parallel.h"
+
+#include <math.h>
+
+enum {
+	SMALLEST_BITS = 20, /* the smallest positive cost becomes at least 2^20 units */
+	TOTAL_BITS = 60,    /* all weights together stay below 2^60 units */
+	EDGES_A_PART = 512,
+};
+
+#define TOUCHED_SHARE 1e-6 /* of a strip: less of a keep-out is a matter of rounding */
+
+/* What the threads share while they weigh. */
+struct weighing {
+	const struct garment *garment;
+	const struct topology *topology;
+	const struct field_options *options;
+	const struct field_constraints *constraints; /* may be NULL */
+	struct strip_walker *walker[PARALLEL_THREADS];
+	struct strip_walker *keep_out_walker[PARALLEL_THREADS]; /* integrate 1 over keep-outs; NULL without them */
+	const uint8_t *seam_vertex;                             /* [vertex_count]; NULL without a price */
+	double *cost;                                           /* [edge_count]; INFINITY where forbidden */
+	float *coverage;                                        /* [edge_count] */
+};
+
+static double side_length(const struct garment *garment, uint32_t face, uint8_t side)
+{
+	const uint32_t *coord = garment->face_coord + 3 * (size_t)face;
+	const double *a = garment->pattern + 2 * (size_t)coord[side];
+	const double *b = garment->pattern + 2 * (size_t)coord[side == 2 ? 0 : side + 1];
+	return sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]));
+}
+
+static double rest_length(const struct weighing *w, uint32_t edge)
+{
+	const uint32_t *face = w->topology->edge_face + 2 * (size_t)edge;
+	const uint8_t *side = w->topology->edge_side + 2 * (size_t)edge;
+	double length = side_length(w->garment, face[0], side[0]);
+	return w->topology->edge_kind[edge] == EDGE_SEAM ? 0.5 * (length + side_length(w->garment, face[1], side[1]))
+							 : length;
+}
+
+static double seam_cost(const struct weighing *w, uint32_t edge)
+{
+	if (!w->seam_vertex)
+		return 0;
+	const uint32_t *end = w->topology->edge_vertex + 2 * (size_t)edge;
+	return 0.5 * w->constraints->seam_price_mpa_mm2 * (w->seam_vertex[end[0]] + w->seam_vertex[end[1]]);
+}
+
+static bool is_forbidden(const struct weighing *w, unsigned thread, uint32_t edge, const struct strip *strip)
+{
+	const struct field_options *options = w->options;
+	if (options->overhang == FIELD_OVERHANG_FORBID && 1 - strip_coverage(strip) > options->overhang_share)
+		return true;
+	if (!w->keep_out_walker[thread])
+		return false;
+	struct strip kept_out;
+	strip_edge(w->keep_out_walker[thread], edge, options->strip_width_mm, &kept_out);
+	return kept_out.cost > TOUCHED_SHARE * kept_out.area_mm2;
+}
+
+static double edge_cost(const struct weighing *w, unsigned thread, uint32_t edge, const struct strip *strip)
+{
+	if (w->constraints && w->constraints->edge_free && w->constraints->edge_free[edge])
+		return 0;
+	if (is_forbidden(w, thread, edge, strip))
+		return INFINITY;
+	switch (w->options->weight) {
+	case FIELD_UNIT:
+		return 1;
+	case FIELD_LENGTH:
+		return rest_length(w, edge);
+	default:
+		return strip_cost(strip, w->options->overhang) + seam_cost(w, edge);
+	}
+}
+
+static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t end)
+{
+	const struct weighing *w = context;
+	for (uint32_t e = first; e < end; e++) {
+		struct strip strip;
+		strip_edge(w->walker[thread], e, w->options->strip_width_mm, &strip);
+		w->coverage[e] = (float)strip_coverage(&strip);
+		w->cost[e] = edge_cost(w, thread, e, &strip);
+	}
+}
+
+/* The largest power of two that keeps the total in bounds, but no more than the smallest cost asks for. */
+static double choose_scale(const double *cost, uint32_t count, int weight)
+{
+	double smallest = INFINITY, total = 0;
+	for (uint32_t e = 0; e < count; e++) {
+		if (cost[e] > 0 && cost[e] < smallest)
+			smallest = cost[e];
+		total += isinf(cost[e]) ? 0 : cost[e];
+	}
+	if (weight == FIELD_UNIT || total == 0)
+		return 1;
+	int smallest_exponent, total_exponent;
+	frexp(smallest, &smallest_exponent);
+	frexp(total, &total_exponent);
+	int wanted = SMALLEST_BITS + 1 - smallest_exponent, allowed = TOTAL_BITS - 1 - total_exponent;
+	return ldexp(1, wanted < allowed ? wanted : allowed);
+}
+
+uint64_t field_round(const struct field *field, double cost)
+{
+	double weight = cost * field->scale;
+	return weight < 0x1p62 ? (uint64_t)(weight + 0.5) : FIELD_FORBIDDEN;
+}
+
+void field_value(const struct field *field, const struct field_constraints *constraints, double *value)
+{
+	const double *multiplier = constraints ? constraints->face_multiplier : NULL;
+	for (uint32_t f = 0; f < field->face_count; f++)
+		value[f] = (field->density[f] + field->options.eta_mpa) * (multiplier ? multiplier[f] : 1);
+}
+
+static enum tw_status check_input(const struct field *field, const struct field_constraints *constraints,
+				  struct tw_error *error)
+{
+	const double *multiplier = constraints ? constraints->face_multiplier : NULL;
+	char where[32];
+	if (isnan(field->options.eta_mpa))
+		return tw_fail(error, TW_ERROR_INPUT, "field-eta-auto", "/eta_mpa",
+			       "eta \"auto\" needs terminals: ask for it in a layout, or give a number here");
+	for (uint32_t f = 0; f < field->face_count; f++) {
+		snprintf(where, sizeof where, "face %u", f);
+		if (!(field->density[f] >= 0 && field->density[f] <= 1e30))
+			return tw_fail(error, TW_ERROR_INPUT, "field-density", where,
+				       "the motions strain this face beyond all measure; check their unit");
+		if (multiplier && !(multiplier[f] >= 0 && multiplier[f] <= 1e9))
+			return tw_fail(error, TW_ERROR_INPUT, "field-multiplier", where,
+				       "a face multiplier must be a number from 0 to 1e9");
+	}
+	return TW_OK;
+}
+
+/* Walkers for every thread that integrate `value`. */
+static enum tw_status new_walkers(struct strip_walker **walker, struct arena *arena, const struct strip_fabric *fabric,
+				  unsigned threads, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (unsigned t = 0; t < threads && !status; t++)
+		status = strip_walker_new(&walker[t], arena, fabric, error);
+	return status;
+}
+
+static enum tw_status mark_seams(struct weighing *w, struct arena *arena, struct tw_error *error)
+{
+	if (!w->constraints || !(w->constraints->seam_price_mpa_mm2 > 0))
+		return TW_OK;
+	uint8_t *mark = ARENA_ZEROED(arena, w->garment->vertex_count, uint8_t);
+	if (!mark)
+		return tw_fail_memory(error);
+	for (size_t e = 0; e < w->topology->edge_count; e++)
+		if (w->topology->edge_kind[e] == EDGE_SEAM)
+			mark[w->topology->edge_vertex[2 * e]] = mark[w->topology->edge_vertex[2 * e + 1]] = 1;
+	w->seam_vertex = mark;
+	return TW_OK;
+}
+
+static enum tw_status weigh(struct weighing *w, struct arena *arena, const struct field *field, unsigned threads,
+			    struct tw_error *error)
+{
+	const uint8_t *keep_out = w->constraints ? w->constraints->face_keep_out : NULL;
+	double *value = ARENA_ARRAY(arena, field->face_count, double);
+	double *kept_out = keep_out ? ARENA_ARRAY(arena, field->face_count, double) : NULL;
+	struct strip_fabric fabric, keep_out_fabric;
+	if (!value || (keep_out && !kept_out))
+		return tw_fail_memory(error);
+	field_value(field, w->constraints, value);
+	enum tw_status status = strip_fabric_build(&fabric, arena, w->garment, w->topology, value, error);
+	if (!status)
+		status = new_walkers(w->walker, arena, &fabric, threads, error);
+	if (!status)
+		status = mark_seams(w, arena, error);
+	if (!status && keep_out) {
+		for (uint32_t f = 0; f < field->face_count; f++)
+			kept_out[f] = keep_out[f] ? 1 : 0;
+		keep_out_fabric = fabric;
+		keep_out_fabric.value = kept_out;
+		status = new_walkers(w->keep_out_walker, arena, &keep_out_fabric, threads, error);
+	}
+	if (!status)
+		parallel_for(threads, field->edge_count, EDGES_A_PART, weigh_edges, w);
+	return status;
+}
+
+enum tw_status field_weigh(struct field *field, struct arena *arena, const struct garment *garment,
+			   const struct topology *topology, const double *density, const struct field_options *options,
+			   const struct field_constraints *constraints, unsigned threads, struct tw_error *error)
+{
+	uint64_t *weight = ARENA_ARRAY(arena, topology->edge_count, uint64_t);
+	float *coverage = ARENA_ARRAY(arena, topology->edge_count, float);
+	*field = (struct field){
+		.face_count = garment->face_count,
+		.edge_count = topology->edge_count,
+		.options = *options,
+		.density = density,
+		.weight = weight,
+		.coverage = coverage,
+	};
+	field_options_resolve(&field->options);
+	enum tw_status status = check_input(field, constraints, error);
+	if (status)
+		return status;
+	struct arena_mark mark = arena_mark(arena);
+	struct weighing w = {
+		.garment = garment,
+		.topology = topology,
+		.options = &field->options,
+		.constraints = constraints,
+		.cost = ARENA_ARRAY(arena, topology->edge_count, double),
+		.coverage = coverage,
+	};
+	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
+	status = weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
+	if (!status) {
+		field->scale = choose_scale(w.cost, field->edge_count, field->options.weight);
+		for (uint32_t e = 0; e < field->edge_count; e++)
+			weight[e] = field_round(field, w.cost[e]);
+	}
+	arena_release(arena, mark);
+	return status;
+}
+
+enum tw_status field_compute(struct field *field, struct arena *arena, const struct garment *garment,
+			     const struct topology *topology, const double *const *mean, size_t motion_count,
+			     const struct field_options *options, unsigned threads, struct tw_error *error)
+{
+	double *density = ARENA_ARRAY(arena, garment->face_count, double);
+	if (!density)
+		return tw_fail_memory(error);
+	strain_worst(mean, motion_count, garment->face_count, density);
+	return field_weigh(field, arena, garment, topology, density, options, NULL, threads, error);
+}

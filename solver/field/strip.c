@@ -1,0 +1,329 @@
+/* Walking a strip: a flood within one placement of one piece, and a short list of seam crossings that wait.
+ *
+ * A placement is the rigid motion that takes the pattern into the strip's own plane. Within it faces are flooded in any
+ * order, since each has its place already; what meets a seam is put aside, and when the flood has ended, the crossing
+ * nearest to the strip's middle lays the next piece. Faces are marked with the number of the strip, so that nothing has
+ * to be cleared between strips. */
+#include "solver/field/strip.h"
+
+#include "solver/field/clip.h"
+
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#define NEGLIGIBLE_SHARE 1e-6 /* of the strip: a face that covers less has no say in what missing fabric costs */
+
+enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
+
+/* Exactly a cache line. */
+struct strip_face {
+	double u[3][2];   /* pattern position of the corners, mm */
+	uint32_t next[3]; /* the face across each side, GARMENT_NONE at a hem */
+	uint32_t link;    /* LINK_BITS for each side: the neighbour's side, and whether a seam is between */
+};
+
+struct placement {
+	double c, s, x, y; /* (u, v) -> (c u - s v + x, s u + c v + y) */
+};
+
+struct crossing {
+	uint32_t face;
+	double distance; /* from the strip's middle, squared */
+	struct placement placement;
+};
+
+struct strip_walker {
+	const struct strip_fabric *fabric; /* borrowed */
+	uint32_t turn;                     /* number of the strip */
+	uint32_t *entered;                 /* [face_count] turn in which the face was entered last */
+	uint32_t *stack;                   /* [face_count] faces of the flood */
+	struct crossing *crossing;         /* one for each side of each seam edge, and one */
+	uint32_t crossing_count;
+};
+
+/* What is laid on the fabric, in its own plane. */
+struct shape {
+	bool is_box;
+	struct box box;
+	struct convex convex;
+	double area;
+	double middle[2];
+	uint32_t closed_face,
+		closed_side; /* a side that is not crossed: the seam along a half strip; or GARMENT_NONE */
+};
+
+static void link_side(struct strip_face *face, uint32_t side, uint32_t next, uint32_t next_side, bool seam)
+{
+	face->next[side] = next;
+	face->link |= (next_side | (seam ? LINK_SEAM : 0)) << (LINK_BITS * side);
+}
+
+enum tw_status strip_fabric_build(struct strip_fabric *fabric, struct arena *arena, const struct garment *garment,
+				  const struct topology *topology, const double *value, struct tw_error *error)
+{
+	static_assert(sizeof(struct strip_face) == 64, "a face is a cache line");
+	struct strip_face *face = ARENA_ARRAY(arena, garment->face_count, struct strip_face);
+	if (!face)
+		return tw_fail_memory(error);
+	*fabric = (struct strip_fabric){garment, topology, value, face};
+	for (size_t f = 0; f < garment->face_count; f++) {
+		face[f] = (struct strip_face){.next = {GARMENT_NONE, GARMENT_NONE, GARMENT_NONE}};
+		for (size_t k = 0; k < 3; k++)
+			memcpy(face[f].u[k], garment->pattern + 2 * (size_t)garment->face_coord[3 * f + k],
+			       sizeof face[f].u[k]);
+	}
+	for (size_t e = 0; e < topology->edge_count; e++) {
+		uint32_t f = topology->edge_face[2 * e], g = topology->edge_face[2 * e + 1];
+		uint32_t side_f = topology->edge_side[2 * e], side_g = topology->edge_side[2 * e + 1];
+		bool seam = topology->edge_kind[e] == EDGE_SEAM;
+		if (g == GARMENT_NONE)
+			continue;
+		link_side(&face[f], side_f, g, side_g, seam);
+		link_side(&face[g], side_g, f, side_f, seam);
+	}
+	return TW_OK;
+}
+
+enum tw_status strip_walker_new(struct strip_walker **out, struct arena *arena, const struct strip_fabric *fabric,
+				struct tw_error *error)
+{
+	size_t faces = fabric->garment->face_count, seam_sides = 0;
+	for (uint32_t e = 0; e < fabric->topology->edge_count; e++)
+		seam_sides += fabric->topology->edge_kind[e] == EDGE_SEAM ? 2 : 0;
+	struct strip_walker *walker = ARENA_ZEROED(arena, 1, struct strip_walker);
+	if (!walker)
+		return tw_fail_memory(error);
+	walker->fabric = fabric;
+	walker->entered = ARENA_ZEROED(arena, faces, uint32_t);
+	walker->stack = ARENA_ARRAY(arena, faces, uint32_t);
+	walker->crossing = ARENA_ARRAY(arena, seam_sides + 1, struct crossing);
+	if (!walker->entered || !walker->stack || !walker->crossing)
+		return tw_fail_memory(error);
+	*out = walker;
+	return TW_OK;
+}
+
+static void begin_turn(struct strip_walker *walker)
+{
+	if (++walker->turn == 0) {
+		memset(walker->entered, 0, walker->fabric->garment->face_count * sizeof *walker->entered);
+		walker->turn = 1;
+	}
+	walker->crossing_count = 0;
+}
+
+/* Lays the neighbour's side against ours, midpoint on midpoint, running the other way. */
+static struct placement place_across(const struct strip_face *neighbour, uint32_t side, double px, double py, double qx,
+				     double qy)
+{
+	const double *a = neighbour->u[side], *b = neighbour->u[side == 2 ? 0 : side + 1];
+	double tx = px - qx, ty = py - qy, nx = b[0] - a[0], ny = b[1] - a[1];
+	double scale = 1 / sqrt((tx * tx + ty * ty) * (nx * nx + ny * ny));
+	double c = (tx * nx + ty * ny) * scale, s = (ty * nx - tx * ny) * scale;
+	double mx = 0.5 * (a[0] + b[0]), my = 0.5 * (a[1] + b[1]);
+	return (struct placement){c, s, 0.5 * (px + qx) - (c * mx - s * my), 0.5 * (py + qy) - (s * mx + c * my)};
+}
+
+static void await_crossing(struct strip_walker *walker, const struct shape *shape, uint32_t face, uint32_t side,
+			   const double x[3], const double y[3], struct span inside)
+{
+	const struct strip_face *from = &walker->fabric->face[face];
+	uint32_t next = from->next[side], next_side = from->link >> (LINK_BITS * side) & LINK_SIDE;
+	uint32_t end = side == 2 ? 0 : side + 1;
+	double t = 0.5 * (inside.in + inside.out);
+	double dx = x[side] + t * (x[end] - x[side]) - shape->middle[0];
+	double dy = y[side] + t * (y[end] - y[side]) - shape->middle[1];
+	walker->crossing[walker->crossing_count++] = (struct crossing){
+		.face = next,
+		.distance = dx * dx + dy * dy,
+		.placement = place_across(&walker->fabric->face[next], next_side, x[side], y[side], x[end], y[end]),
+	};
+}
+
+static void account(struct strip *strip, double area, double value, double strip_area)
+{
+	strip->covered_mm2 += area;
+	strip->cost += area * value;
+	strip->face_count++;
+	if (area > NEGLIGIBLE_SHARE * strip_area && value > strip->largest)
+		strip->largest = value;
+}
+
+/* The part of a face within the shape: its area, and what of each side lies within. */
+static inline double clip_face(const struct shape *shape, const double x[3], const double y[3], struct span inside[3])
+{
+	double area = 0;
+	for (uint32_t k = 0; k < 3; k++) {
+		uint32_t l = k == 2 ? 0 : k + 1;
+		if (shape->is_box) {
+			struct box_side side = box_clip_side(&shape->box, x[k], y[k], x[l], y[l]);
+			area += side.area;
+			inside[k] = side.inside;
+		} else {
+			inside[k] = convex_clip_side(&shape->convex, x[k], y[k], x[l], y[l]);
+		}
+	}
+	return shape->is_box ? area : convex_clip_area(&shape->convex, x, y);
+}
+
+/* Takes every face that the strip reaches within the crossing's placement. */
+static void flood(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
+		  struct strip *strip)
+{
+	const struct strip_face *faces = walker->fabric->face;
+	const double *value = walker->fabric->value;
+	const struct placement at = start->placement;
+	uint32_t *entered = walker->entered, *stack = walker->stack, depth = 0;
+	const uint32_t turn = walker->turn;
+	stack[depth++] = start->face;
+	entered[start->face] = turn;
+	while (depth > 0) {
+		uint32_t f = stack[--depth];
+		const struct strip_face *face = &faces[f];
+		double x[3], y[3];
+		struct span inside[3];
+		for (int k = 0; k < 3; k++) {
+			x[k] = at.c * face->u[k][0] - at.s * face->u[k][1] + at.x;
+			y[k] = at.s * face->u[k][0] + at.c * face->u[k][1] + at.y;
+		}
+		account(strip, clip_face(shape, x, y, inside), value[f], shape->area);
+		for (uint32_t k = 0; k < 3; k++) {
+			uint32_t g = face->next[k];
+			if (!(inside[k].in < inside[k].out) || g == GARMENT_NONE || entered[g] == turn ||
+			    (f == shape->closed_face && k == shape->closed_side))
+				continue;
+			if (face->link >> (LINK_BITS * k) & LINK_SEAM) {
+				await_crossing(walker, shape, f, k, x, y, inside[k]);
+			} else {
+				entered[g] = turn;
+				stack[depth++] = g;
+			}
+		}
+	}
+}
+
+static struct crossing take_nearest(struct strip_walker *walker)
+{
+	uint32_t nearest = 0;
+	for (uint32_t i = 1; i < walker->crossing_count; i++)
+		if (walker->crossing[i].distance < walker->crossing[nearest].distance)
+			nearest = i;
+	struct crossing crossing = walker->crossing[nearest];
+	walker->crossing[nearest] = walker->crossing[--walker->crossing_count];
+	return crossing;
+}
+
+static void walk(struct strip_walker *walker, const struct shape *shape, uint32_t face, struct placement placement,
+		 struct strip *strip)
+{
+	*strip = (struct strip){.area_mm2 = shape->area};
+	begin_turn(walker);
+	walker->crossing[walker->crossing_count++] = (struct crossing){face, 0, placement};
+	while (walker->crossing_count > 0) {
+		struct crossing crossing = take_nearest(walker);
+		if (walker->entered[crossing.face] != walker->turn)
+			flood(walker, shape, &crossing, strip);
+	}
+}
+
+void strip_polygon(struct strip_walker *walker, uint32_t face, const double (*corner)[2], uint32_t corner_count,
+		   struct strip *strip)
+{
+	assert(corner_count >= 3 && corner_count <= STRIP_CORNERS);
+	struct shape shape = {.convex.count = corner_count, .closed_face = GARMENT_NONE};
+	for (uint32_t i = 0; i < corner_count; i++) {
+		shape.convex.x[i] = corner[i][0];
+		shape.convex.y[i] = corner[i][1];
+	}
+	shape.area = convex_area(corner_count, shape.convex.x, shape.convex.y);
+	for (uint32_t i = 0; shape.area < 0 && i < corner_count; i++) {
+		shape.convex.x[i] = corner[corner_count - 1 - i][0];
+		shape.convex.y[i] = corner[corner_count - 1 - i][1];
+	}
+	shape.area = fabs(shape.area);
+	for (uint32_t i = 0; i < corner_count; i++)
+		for (int d = 0; d < 2; d++)
+			shape.middle[d] += corner[i][d] / corner_count;
+	walk(walker, &shape, face, (struct placement){1, 0, 0, 0}, strip);
+}
+
+/* The plane whose origin is a and whose first axis points to b. */
+static struct placement place_along(const double a[2], const double b[2], double *length)
+{
+	double dx = b[0] - a[0], dy = b[1] - a[1];
+	*length = sqrt(dx * dx + dy * dy);
+	double c = dx / *length, s = -dy / *length;
+	return (struct placement){c, s, -(c * a[0] - s * a[1]), -(s * a[0] + c * a[1])};
+}
+
+static void walk_box(struct strip_walker *walker, uint32_t face, const double a[2], const double b[2], double low,
+		     double high, uint32_t closed_face, uint32_t closed_side, struct strip *strip)
+{
+	double length;
+	struct placement placement = place_along(a, b, &length);
+	struct shape shape = {
+		.is_box = true,
+		.box = {length, low, high},
+		.area = length * (high - low),
+		.middle = {0.5 * length, 0},
+		.closed_face = closed_face,
+		.closed_side = closed_side,
+	};
+	walk(walker, &shape, face, placement, strip);
+}
+
+void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2], const double b[2], double width_mm,
+		   struct strip *strip)
+{
+	if (a[0] == b[0] && a[1] == b[1])
+		*strip = (struct strip){0};
+	else
+		walk_box(walker, face, a, b, -0.5 * width_mm, 0.5 * width_mm, GARMENT_NONE, 0, strip);
+}
+
+void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip)
+{
+	const struct topology *topology = walker->fabric->topology;
+	const uint32_t *face = topology->edge_face + 2 * (size_t)edge;
+	const uint8_t *side = topology->edge_side + 2 * (size_t)edge;
+	double half = 0.5 * width_mm;
+	const struct strip_face *first = &walker->fabric->face[face[0]];
+	const double *a = first->u[side[0]], *b = first->u[side[0] == 2 ? 0 : side[0] + 1];
+	if (topology->edge_kind[edge] == EDGE_INNER) {
+		walk_box(walker, face[0], a, b, -half, half, GARMENT_NONE, 0, strip);
+		return;
+	}
+	walk_box(walker, face[0], a, b, 0, half, face[0], side[0], strip);
+	if (topology->edge_kind[edge] == EDGE_HEM) {
+		strip->area_mm2 *= 2;
+		return;
+	}
+	struct strip other;
+	const struct strip_face *second = &walker->fabric->face[face[1]];
+	a = second->u[side[1]];
+	b = second->u[side[1] == 2 ? 0 : side[1] + 1];
+	walk_box(walker, face[1], a, b, 0, half, face[1], side[1], &other);
+	strip_add(strip, &other);
+}
+
+void strip_add(struct strip *sum, const struct strip *part)
+{
+	sum->cost += part->cost;
+	sum->area_mm2 += part->area_mm2;
+	sum->covered_mm2 += part->covered_mm2;
+	sum->largest = part->largest > sum->largest ? part->largest : sum->largest;
+	sum->face_count += part->face_count;
+}
+
+double strip_cost(const struct strip *strip, int overhang)
+{
+	double missing = strip->area_mm2 - strip->covered_mm2;
+	return overhang == FIELD_OVERHANG_CHARGE && missing > 0 ? strip->cost + missing * strip->largest : strip->cost;
+}
+
+double strip_coverage(const struct strip *strip)
+{
+	double share = strip->area_mm2 > 0 ? strip->covered_mm2 / strip->area_mm2 : 0;
+	return share < 1 ? share : 1;
+}
