@@ -2,7 +2,7 @@
  * x[3], y[3] in the shape's own plane, counter-clockwise; side k runs from corner k to corner (k + 1) % 3.
  *
  *     area    of the triangle within the shape
- *     meets   the middle of side k's part within the shape, when there is one of positive length
+ *     inside  the part of side k within the shape, as parameters from corner k on; empty where out <= in
  *
  * A box is [0, length] x [low, high]. Its area needs no polygon: by Green's theorem the area of a triangle within it is
  * the sum over sides of the integral of -clamp(y, low, high) dx over [0, length], where each side is a straight line

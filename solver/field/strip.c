@@ -14,6 +14,8 @@
 
 #define NEGLIGIBLE_SHARE 1e-6 /* of the strip: a face that covers less has no say in what missing fabric costs */
 
+#define NEGLIGIBLE_PART 1e-9 /* of a side: a strip that meets less does not cross it, so that rounding opens no way */
+
 enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
 
 /* Exactly a cache line. */
@@ -190,8 +192,8 @@ static void flood(struct strip_walker *walker, const struct shape *shape, const 
 		account(strip, clip_face(shape, x, y, inside), value[f], shape->area);
 		for (uint32_t k = 0; k < 3; k++) {
 			uint32_t g = face->next[k];
-			if (!(inside[k].in < inside[k].out) || g == GARMENT_NONE || entered[g] == turn ||
-			    (f == shape->closed_face && k == shape->closed_side))
+			if (!(inside[k].out - inside[k].in > NEGLIGIBLE_PART) || g == GARMENT_NONE ||
+			    entered[g] == turn || (f == shape->closed_face && k == shape->closed_side))
 				continue;
 			if (face->link >> (LINK_BITS * k) & LINK_SEAM) {
 				await_crossing(walker, shape, f, k, x, y, inside[k]);
@@ -227,24 +229,24 @@ static void walk(struct strip_walker *walker, const struct shape *shape, uint32_
 	}
 }
 
-void strip_polygon(struct strip_walker *walker, uint32_t face, const double (*corner)[2], uint32_t corner_count,
+void strip_polygon(struct strip_walker *walker, uint32_t face, const double *corner, uint32_t corner_count,
 		   struct strip *strip)
 {
 	assert(corner_count >= 3 && corner_count <= STRIP_CORNERS);
 	struct shape shape = {.convex.count = corner_count, .closed_face = GARMENT_NONE};
 	for (uint32_t i = 0; i < corner_count; i++) {
-		shape.convex.x[i] = corner[i][0];
-		shape.convex.y[i] = corner[i][1];
+		shape.convex.x[i] = corner[2 * i];
+		shape.convex.y[i] = corner[2 * i + 1];
 	}
 	shape.area = convex_area(corner_count, shape.convex.x, shape.convex.y);
 	for (uint32_t i = 0; shape.area < 0 && i < corner_count; i++) {
-		shape.convex.x[i] = corner[corner_count - 1 - i][0];
-		shape.convex.y[i] = corner[corner_count - 1 - i][1];
+		shape.convex.x[i] = corner[2 * (corner_count - 1 - i)];
+		shape.convex.y[i] = corner[2 * (corner_count - 1 - i) + 1];
 	}
 	shape.area = fabs(shape.area);
 	for (uint32_t i = 0; i < corner_count; i++)
-		for (int d = 0; d < 2; d++)
-			shape.middle[d] += corner[i][d] / corner_count;
+		for (uint32_t d = 0; d < 2; d++)
+			shape.middle[d] += corner[2 * i + d] / corner_count;
 	walk(walker, &shape, face, (struct placement){1, 0, 0, 0}, strip);
 }
 
@@ -266,7 +268,7 @@ static void walk_box(struct strip_walker *walker, uint32_t face, const double a[
 		.is_box = true,
 		.box = {length, low, high},
 		.area = length * (high - low),
-		.middle = {0.5 * length, 0},
+		.middle = {0.5 * length, 0.5 * (low + high)},
 		.closed_face = closed_face,
 		.closed_side = closed_side,
 	};
@@ -319,11 +321,13 @@ void strip_add(struct strip *sum, const struct strip *part)
 double strip_cost(const struct strip *strip, int overhang)
 {
 	double missing = strip->area_mm2 - strip->covered_mm2;
-	return overhang == FIELD_OVERHANG_CHARGE && missing > 0 ? strip->cost + missing * strip->largest : strip->cost;
+	double charge = overhang == FIELD_OVERHANG_CHARGE && missing > 0 ? missing * strip->largest : 0;
+	/* Areas that are 0 but for rounding may add up to less than nothing. */
+	return strip->cost + charge > 0 ? strip->cost + charge : 0;
 }
 
 double strip_coverage(const struct strip *strip)
 {
 	double share = strip->area_mm2 > 0 ? strip->covered_mm2 / strip->area_mm2 : 0;
-	return share < 1 ? share : 1;
+	return share < 0 ? 0 : share < 1 ? share : 1;
 }

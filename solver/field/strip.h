@@ -46,7 +46,7 @@ enum tw_status strip_walker_new(struct strip_walker **walker, struct arena *aren
 
 /* `corner` [corner_count][2] mm: convex, 3…STRIP_CORNERS corners, either orientation, in the pattern plane of `face`,
  * which it must touch. */
-void strip_polygon(struct strip_walker *walker, uint32_t face, const double (*corner)[2], uint32_t corner_count,
+void strip_polygon(struct strip_walker *walker, uint32_t face, const double *corner, uint32_t corner_count,
 		   struct strip *strip);
 
 /* The rectangle of width `width_mm` with the segment a-b as its midline; `face` touches the segment. */
