@@ -59,9 +59,9 @@ struct garment_report {
 	double pattern_area_mm2;
 };
 
-/* Reads `worn`, and `pattern` where it is not NULL. The garment lives in `arena`, as does all working memory (returned
- * before the end, except on failure). Errors: TW_ERROR_INPUT with a stable type and the line, byte, face or vertex in
- * `where` (numbers of faces and vertices from 0, of lines from 1); TW_ERROR_LIMIT; TW_ERROR_MEMORY. */
+/* Reads `worn`, and `pattern` where it is not NULL. The garment lives in `arena`; working memory, at most 2 GiB, is
+ * freed at the end. Errors: TW_ERROR_INPUT with a stable type and the line, byte, face or vertex in `where` (numbers of
+ * faces and vertices from 0, of lines from 1); TW_ERROR_LIMIT; TW_ERROR_MEMORY. */
 enum tw_status garment_import(struct garment *garment, struct arena *arena, const struct garment_source *worn,
 			      const struct garment_source *pattern, const struct import_options *options,
 			      struct garment_report *report, struct tw_error *error) TW_NODISCARD;

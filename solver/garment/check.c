@@ -1,0 +1,146 @@
+/* Faces in the pattern: none without area, none flipped. */
+#include "solver/garment/draft.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A face thinner than this share of its longest side has no rest shape that a strain could be measured against. */
+static const double thinnest = 1e-9;
+
+static double longest_square(const struct garment *garment, uint32_t face)
+{
+	double longest = 0;
+	for (size_t k = 0; k < 3; k++) {
+		const double *a = garment->pattern + 2 * (size_t)garment->face_coord[3 * (size_t)face + k];
+		const double *b = garment->pattern + 2 * (size_t)garment->face_coord[3 * (size_t)face + (k + 1) % 3];
+		longest = fmax(longest, (b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]));
+	}
+	return longest;
+}
+
+static double worn_area(const struct garment *garment, uint32_t face)
+{
+	const uint32_t *v = garment->face_vertex + 3 * (size_t)face;
+	double u[3], w[3];
+	for (size_t axis = 0; axis < 3; axis++) {
+		double origin = garment->position[3 * (size_t)v[0] + axis];
+		u[axis] = garment->position[3 * (size_t)v[1] + axis] - origin;
+		w[axis] = garment->position[3 * (size_t)v[2] + axis] - origin;
+	}
+	double x = u[1] * w[2] - u[2] * w[1], y = u[2] * w[0] - u[0] * w[2], z = u[0] * w[1] - u[1] * w[0];
+	return 0.5 * sqrt(x * x + y * y + z * z);
+}
+
+static enum tw_status check_areas(struct draft *draft)
+{
+	const struct garment *garment = &draft->garment;
+	struct garment_report *report = draft->report;
+	report->worn_area_mm2 = report->pattern_area_mm2 = 0;
+	for (uint32_t f = 0; f < garment->face_count; f++) {
+		double cross = draft_face_cross(draft, f);
+		if (!(fabs(cross) > thinnest * longest_square(garment, f)))
+			return fail_at_face(draft, f, "pattern-zero-area",
+					    "face %u has no area in the flat pattern; its pattern positions are %u, %u "
+					    "and %u",
+					    f, garment->face_coord[3 * (size_t)f],
+					    garment->face_coord[3 * (size_t)f + 1],
+					    garment->face_coord[3 * (size_t)f + 2]);
+		double worn = worn_area(garment, f);
+		if (!(worn > 0))
+			report_warn(report, "worn-zero-area", "face", f,
+				    "faces without area in the worn mesh count as fully compressed there");
+		report->worn_area_mm2 += worn;
+		report->pattern_area_mm2 += 0.5 * fabs(cross);
+	}
+	/* A pattern in other units is off by far more than any fabric stretches. */
+	double ratio = report->worn_area_mm2 / report->pattern_area_mm2;
+	if (ratio > 25 || ratio < 1.0 / 25)
+		return tw_fail(
+			draft->error, TW_ERROR_INPUT, "pattern-scale", NULL,
+			"the worn mesh has %.4g mm2, the flat pattern %.4g mm2; set unit and pattern_unit (sheet for "
+			"coordinates from 0 to 1)",
+			report->worn_area_mm2, report->pattern_area_mm2);
+	return TW_OK;
+}
+
+/* Mirrors a piece's positions left to right within its bounding box; each belongs to this piece alone. */
+static void turn_piece(struct draft *draft, uint32_t piece, uint8_t *turned)
+{
+	struct garment *garment = &draft->garment;
+	double low = INFINITY, high = -INFINITY;
+	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++) {
+		if (garment->face_piece[i / 3] != piece)
+			continue;
+		low = fmin(low, garment->pattern[2 * (size_t)garment->face_coord[i]]);
+		high = fmax(high, garment->pattern[2 * (size_t)garment->face_coord[i]]);
+	}
+	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++) {
+		uint32_t coord = garment->face_coord[i];
+		if (garment->face_piece[i / 3] != piece || turned[coord])
+			continue;
+		turned[coord] = 1;
+		garment->pattern[2 * (size_t)coord] = low + high - garment->pattern[2 * (size_t)coord];
+	}
+}
+
+/* The first faces of the piece that are clockwise (or, where most are, that are not). */
+static enum tw_status flipped(const struct draft *draft, uint32_t piece, uint32_t clockwise, uint32_t faces)
+{
+	const struct garment *garment = &draft->garment;
+	bool minority = 2 * (uint64_t)clockwise <= faces;
+	char list[96] = "";
+	uint32_t first = GARMENT_NONE, listed = 0;
+	for (uint32_t f = 0; f < garment->face_count && listed < 6; f++) {
+		if (garment->face_piece[f] != piece || (draft_face_cross(draft, f) < 0) != minority)
+			continue;
+		if (listed++ == 0)
+			first = f;
+		size_t size = strlen(list);
+		snprintf(list + size, sizeof list - size, "%s%u", size ? ", " : "", f);
+	}
+	uint32_t count = minority ? clockwise : faces - clockwise;
+	return fail_at_face(draft, first, "pattern-flipped-face",
+			    "in piece %u (%.60s), %u of %u faces are flipped in the flat pattern: %s%s", piece,
+			    garment->piece_name[piece], count, faces, list, count > listed ? ", …" : "");
+}
+
+static enum tw_status mirrored_piece(const struct draft *draft, uint32_t piece)
+{
+	uint32_t face = 0;
+	while (draft->garment.face_piece[face] != piece)
+		face++;
+	return fail_at_face(
+		draft, face, "pattern-mirrored-piece",
+		"all faces of piece %u (%.60s) are clockwise in the flat pattern: it lies wrong side up; mirror it, "
+		"or import with mirrored_pieces = turn",
+		piece, draft->garment.piece_name[piece]);
+}
+
+enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirrored)
+{
+	enum tw_status status = check_areas(draft);
+	if (status != TW_OK)
+		return status;
+	const struct garment *garment = &draft->garment;
+	uint32_t *faces = ARENA_ZEROED(draft->arena, garment->piece_count, uint32_t);
+	uint32_t *clockwise = ARENA_ZEROED(draft->arena, garment->piece_count, uint32_t);
+	uint8_t *turned = ARENA_ZEROED(draft->arena, garment->coord_count, uint8_t);
+	if (!faces || !clockwise || !turned)
+		return tw_fail_memory(draft->error);
+	for (uint32_t f = 0; f < garment->face_count; f++) {
+		faces[garment->face_piece[f]]++;
+		clockwise[garment->face_piece[f]] += draft_face_cross(draft, f) < 0;
+	}
+	for (uint32_t piece = 0; piece < garment->piece_count; piece++) {
+		if (clockwise[piece] == 0)
+			continue;
+		if (clockwise[piece] < faces[piece])
+			return flipped(draft, piece, clockwise[piece], faces[piece]);
+		if (mirrored == MIRRORED_REFUSE)
+			return mirrored_piece(draft, piece);
+		turn_piece(draft, piece, turned);
+		report_warn(draft->report, "pieces-turned", "piece", piece,
+			    "pieces that lay wrong side up in the pattern were mirrored left to right");
+	}
+	return TW_OK;
+}

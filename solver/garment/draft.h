@@ -1,0 +1,53 @@
+/* A garment while it is being imported: the stages of import.c, one function each, in the order in which they run. All
+ * work in a scratch arena. */
+#ifndef SOLVER_GARMENT_DRAFT_H
+#define SOLVER_GARMENT_DRAFT_H
+
+#include "solver/garment/soup.h"
+
+struct draft {
+	struct garment garment;    /* in millimetres */
+	struct topology topology;  /* of it; from draft_connect on */
+	uint32_t *face_polygon;    /* [face_count] in `worn` */
+	const struct soup *worn;   /* borrowed */
+	const struct soup *labels; /* borrowed: the soup that names the pieces, `worn` or the flat pattern */
+	struct arena *arena;       /* borrowed: scratch */
+	struct garment_report *report;
+	struct tw_error *error;
+};
+
+/* From polygons to triangles, and from the file's units to millimetres. `pattern` is NULL where `worn` has coords. */
+enum tw_status draft_from_soup(struct draft *draft, const struct soup *worn, const struct soup *pattern,
+			       const struct import_options *options) TW_NODISCARD;
+
+/* Cuts a polygon of `count` corners at xy [count][2] into count - 2 triangles of corner numbers, all counter-clockwise;
+ * false where that cannot be (it crosses itself or runs clockwise), and then a fan. */
+bool polygon_cut(const double *xy, uint32_t count, uint32_t *triangles);
+
+/* Joins hem vertices that lie within `weld_mm`; with 0 only warns of those at the same place. */
+enum tw_status draft_weld(struct draft *draft, double weld_mm) TW_NODISCARD;
+
+/* Equal pattern positions at a vertex become one, then edges are built and must have at most two faces, in opposite
+ * directions. */
+enum tw_status draft_connect(struct draft *draft) TW_NODISCARD;
+
+/* Numbers and names the pieces; every pattern position belongs to one piece afterwards. */
+enum tw_status draft_find_pieces(struct draft *draft) TW_NODISCARD;
+
+/* Areas and directions of the faces in the pattern; turns mirrored pieces where `mirrored` allows it. */
+enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirrored) TW_NODISCARD;
+
+/* A piece may not overlap itself; pieces that overlap each other are a warning. */
+enum tw_status draft_check_overlap(struct draft *draft) TW_NODISCARD;
+
+/* A mesh with an inner and an outer side is not a garment in the sense of method 1. */
+enum tw_status draft_check_thickness(struct draft *draft) TW_NODISCARD;
+
+/* Fails with "face N" and, for text formats, its line. */
+TW_PRINTF(4, 5)
+enum tw_status fail_at_face(const struct draft *draft, uint32_t face, const char *type, const char *format, ...);
+
+/* Twice the area of a face in the pattern, negative where it is clockwise. */
+double draft_face_cross(const struct draft *draft, uint32_t face);
+
+#endif

@@ -1,0 +1,337 @@
+/* The strict check of PLY (ASCII, little- and big-endian) before OpenMesh reads it.
+ *
+ * The header is read in full; then every vertex and face is walked over, so that no count of the header is believed
+ * that the bytes do not bear out. Accepted: element vertex with scalars, among them x y z (and, as the flat pattern, s
+ * t or u v); element face with one list vertex_indices and scalars; further elements behind the faces are not looked
+ * at. */
+#include "solver/garment/openmesh.h"
+#include "solver/garment/soup.h"
+
+#include <math.h>
+#include <string.h>
+
+enum encoding { ENCODING_ASCII, ENCODING_LITTLE, ENCODING_BIG };
+enum scalar {
+	SCALAR_INT8,
+	SCALAR_UINT8,
+	SCALAR_INT16,
+	SCALAR_UINT16,
+	SCALAR_INT32,
+	SCALAR_UINT32,
+	SCALAR_FLOAT,
+	SCALAR_DOUBLE
+};
+enum { PROPERTY_LIMIT = 64 };
+
+struct property {
+	enum scalar type;
+	enum scalar count_type; /* of a list */
+	bool is_list;
+	bool is_used; /* must be finite */
+};
+
+struct element {
+	uint64_t count;
+	uint32_t property_count;
+	struct property property[PROPERTY_LIMIT];
+};
+
+struct ply {
+	struct text text; /* what was not read yet */
+	enum encoding encoding;
+	struct element vertex, face;
+	struct element *open; /* the element whose properties come */
+	uint32_t line;
+	bool has[3]; /* x y z */
+	bool has_list;
+	bool has_other; /* an element that is neither */
+	struct tw_error *error;
+};
+
+bool ply_is(struct text file)
+{
+	return file.end - file.at >= 4 && memcmp(file.at, "ply", 3) == 0 && (file.at[3] == '\n' || file.at[3] == '\r');
+}
+
+static enum tw_status bad_header(const struct ply *ply, const char *what)
+{
+	return fail_at_line(ply->error, "mesh-bad-header", ply->line, "%s", what);
+}
+
+static bool scalar_of(const struct text *word, enum scalar *scalar)
+{
+	static const struct {
+		const char *name;
+		enum scalar scalar;
+	} names[] = {
+		{"char", SCALAR_INT8},      {"int8", SCALAR_INT8},     {"uchar", SCALAR_UINT8},
+		{"uint8", SCALAR_UINT8},    {"short", SCALAR_INT16},   {"int16", SCALAR_INT16},
+		{"ushort", SCALAR_UINT16},  {"uint16", SCALAR_UINT16}, {"int", SCALAR_INT32},
+		{"int32", SCALAR_INT32},    {"uint", SCALAR_UINT32},   {"uint32", SCALAR_UINT32},
+		{"float", SCALAR_FLOAT},    {"float32", SCALAR_FLOAT}, {"double", SCALAR_DOUBLE},
+		{"float64", SCALAR_DOUBLE},
+	};
+	for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+		if (text_equals(word, names[i].name)) {
+			*scalar = names[i].scalar;
+			return true;
+		}
+	}
+	return false;
+}
+
+static size_t scalar_size(enum scalar scalar)
+{
+	static const size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+	return sizes[scalar];
+}
+
+static enum tw_status read_format(struct ply *ply, struct text line)
+{
+	struct text name, version;
+	if (!text_next_word(&line, &name) || !text_next_word(&line, &version) || !text_equals(&version, "1.0"))
+		return bad_header(ply, "expected `format ascii|binary_little_endian|binary_big_endian 1.0`");
+	if (text_equals(&name, "ascii"))
+		ply->encoding = ENCODING_ASCII;
+	else if (text_equals(&name, "binary_little_endian"))
+		ply->encoding = ENCODING_LITTLE;
+	else if (text_equals(&name, "binary_big_endian"))
+		ply->encoding = ENCODING_BIG;
+	else
+		return bad_header(ply, "the format is none of ascii, binary_little_endian, binary_big_endian");
+	return TW_OK;
+}
+
+static enum tw_status read_element(struct ply *ply, struct text line)
+{
+	struct text name, number;
+	int64_t count = 0;
+	if (!text_next_word(&line, &name) || !text_next_word(&line, &number) || !text_take_integer(&number, &count) ||
+	    count < 0)
+		return bad_header(ply, "expected `element NAME COUNT`");
+	if (text_equals(&name, "vertex") && !ply->open && !ply->has_other)
+		ply->open = &ply->vertex;
+	else if (text_equals(&name, "face") && ply->open == &ply->vertex)
+		ply->open = &ply->face;
+	else if (ply->open != &ply->face)
+		return bad_header(ply, "the first element must be `vertex`, the second `face`");
+	else
+		ply->has_other = true;
+	if (!ply->has_other)
+		ply->open->count = (uint64_t)count;
+	return TW_OK;
+}
+
+/* What the property means: its name decides. */
+static enum tw_status note_property(struct ply *ply, struct property *property, const struct text *name)
+{
+	static const char *const axes[] = {"x", "y", "z"};
+	static const char *const coords[] = {"s", "t", "u", "v", "texture_u", "texture_v"};
+	if (ply->open == &ply->face) {
+		bool indices = text_equals(name, "vertex_indices") || text_equals(name, "vertex_index");
+		if (property->is_list != indices || (indices && ply->has_list))
+			return bad_header(
+				ply, "a face may have one list, vertex_indices, beside plain numbers; export without "
+				     "further lists");
+		ply->has_list |= indices;
+		return indices && (property->type >= SCALAR_FLOAT || property->count_type >= SCALAR_FLOAT)
+			       ? bad_header(ply, "vertex_indices must be integers")
+			       : TW_OK;
+	}
+	if (property->is_list)
+		return bad_header(ply, "a vertex may have no lists");
+	for (int i = 0; i < 3; i++) {
+		if (!text_equals(name, axes[i]))
+			continue;
+		if (ply->has[i])
+			return bad_header(ply, "a coordinate is named twice");
+		ply->has[i] = property->is_used = true;
+	}
+	for (size_t i = 0; i < sizeof coords / sizeof *coords; i++)
+		property->is_used |= text_equals(name, coords[i]);
+	return TW_OK;
+}
+
+static enum tw_status read_property(struct ply *ply, struct text line)
+{
+	if (ply->has_other)
+		return TW_OK;
+	if (!ply->open)
+		return bad_header(ply, "a property stands before the first element");
+	if (ply->open->property_count == PROPERTY_LIMIT)
+		return bad_header(ply, "an element has more than 64 properties");
+	struct property *property = &ply->open->property[ply->open->property_count++];
+	struct text word;
+	bool known = text_next_word(&line, &word);
+	if (known && text_equals(&word, "list")) {
+		property->is_list = true;
+		known = text_next_word(&line, &word) && scalar_of(&word, &property->count_type) &&
+			text_next_word(&line, &word);
+	}
+	if (!known || !scalar_of(&word, &property->type) || !text_next_word(&line, &word))
+		return bad_header(ply, "expected `property TYPE NAME` or `property list TYPE TYPE NAME`");
+	return note_property(ply, property, &word);
+}
+
+static enum tw_status read_header(struct ply *ply)
+{
+	struct text line, word;
+	bool has_format = false;
+	while (text_next_line(&ply->text, &line, &ply->line)) {
+		enum tw_status status = TW_OK;
+		if (!text_next_word(&line, &word) || text_equals(&word, "comment") || text_equals(&word, "obj_info"))
+			continue;
+		if (text_equals(&word, "end_header")) {
+			if (!has_format || !ply->has[0] || !ply->has[1] || !ply->has[2] || !ply->has_list)
+				return bad_header(ply,
+						  "the header lacks the format, vertices with x y z, or faces with "
+						  "vertex_indices");
+			return check_counts(ply->vertex.count, ply->face.count, ply->error);
+		}
+		if (text_equals(&word, "format")) {
+			status = read_format(ply, line);
+			has_format = true;
+		} else if (text_equals(&word, "element")) {
+			status = read_element(ply, line);
+		} else if (text_equals(&word, "property")) {
+			status = read_property(ply, line);
+		} else if (ply->line > 1) {
+			status = bad_header(ply, "expected format, element, property, comment or end_header");
+		}
+		if (status != TW_OK)
+			return status;
+	}
+	return bad_header(ply, "the header has no end_header; is the file truncated?");
+}
+
+static enum tw_status fail_at(const struct ply *ply, const char *type, const char *what, uint64_t number,
+			      const char *text)
+{
+	char where[48];
+	snprintf(where, sizeof where, "%s %llu", what, (unsigned long long)number);
+	return tw_fail(ply->error, TW_ERROR_INPUT, type, where, "%s %llu %s", what, (unsigned long long)number, text);
+}
+
+/* The next number of the body; false at its end and where it is none (NaN). */
+static bool next_number(struct ply *ply, enum scalar type, double *number)
+{
+	if (ply->encoding == ENCODING_ASCII) {
+		struct text word;
+		*number = NAN;
+		if (!text_next_word(&ply->text, &word))
+			return false;
+		if (!text_to_number(&word, number))
+			*number = NAN;
+		return true;
+	}
+	size_t size = scalar_size(type);
+	if ((size_t)(ply->text.end - ply->text.at) < size)
+		return false;
+	uint64_t bits = 0;
+	for (size_t i = 0; i < size; i++) {
+		uint64_t byte = (unsigned char)ply->text.at[i];
+		bits |= byte << (8 * (ply->encoding == ENCODING_LITTLE ? i : size - 1 - i));
+	}
+	ply->text.at += size;
+	switch (type) {
+	case SCALAR_INT8:
+		*number = (int8_t)bits;
+		break;
+	case SCALAR_INT16:
+		*number = (int16_t)bits;
+		break;
+	case SCALAR_INT32:
+		*number = (int32_t)bits;
+		break;
+	case SCALAR_UINT8:
+	case SCALAR_UINT16:
+	case SCALAR_UINT32:
+		*number = (double)bits;
+		break;
+	case SCALAR_FLOAT: {
+		float value;
+		memcpy(&value, &(uint32_t){(uint32_t)bits}, sizeof value);
+		*number = (double)value;
+		break;
+	}
+	case SCALAR_DOUBLE:
+		memcpy(number, &bits, sizeof *number);
+		break;
+	}
+	return true;
+}
+
+static enum tw_status walk_vertices(struct ply *ply)
+{
+	for (uint64_t v = 0; v < ply->vertex.count; v++) {
+		for (uint32_t i = 0; i < ply->vertex.property_count; i++) {
+			const struct property *property = &ply->vertex.property[i];
+			double number = 0;
+			if (!next_number(ply, property->type, &number))
+				return fail_at(ply, "mesh-truncated", "vertex", v,
+					       "is missing: the file ends before it");
+			if ((property->is_used && !(fabs(number) <= 3e38)) ||
+			    (ply->encoding == ENCODING_ASCII && isnan(number)))
+				return fail_at(ply, "mesh-not-a-number", "vertex", v,
+					       "has a coordinate that is not a finite number");
+		}
+	}
+	return TW_OK;
+}
+
+static enum tw_status walk_list(struct ply *ply, const struct property *property, uint64_t face)
+{
+	double corners = 0, index = 0;
+	if (!next_number(ply, property->count_type, &corners))
+		return fail_at(ply, "mesh-truncated", "face", face, "is missing: the file ends before it");
+	if (!(corners >= 3 && corners <= POLYGON_CORNERS) || corners != floor(corners))
+		return fail_at(ply, "mesh-bad-face", "face", face, "has fewer than 3 or more than 255 corners");
+	for (uint32_t k = 0; k < (uint32_t)corners; k++) {
+		if (!next_number(ply, property->type, &index))
+			return fail_at(ply, "mesh-truncated", "face", face, "is cut off: the file ends within it");
+		if (!(index >= 0 && index < (double)ply->vertex.count) || index != floor(index))
+			return fail_at(ply, "mesh-bad-index", "face", face, "has a vertex index that is out of range");
+	}
+	return TW_OK;
+}
+
+static enum tw_status walk_faces(struct ply *ply)
+{
+	for (uint64_t f = 0; f < ply->face.count; f++) {
+		for (uint32_t i = 0; i < ply->face.property_count; i++) {
+			const struct property *property = &ply->face.property[i];
+			double ignored = 0;
+			enum tw_status status = TW_OK;
+			if (property->is_list)
+				status = walk_list(ply, property, f);
+			else if (!next_number(ply, property->type, &ignored))
+				status = fail_at(ply, "mesh-truncated", "face", f,
+						 "is cut off: the file ends within it");
+			else if (ply->encoding == ENCODING_ASCII && isnan(ignored))
+				status = fail_at(ply, "mesh-not-a-number", "face", f,
+						 "has a property that is not a number");
+			if (status != TW_OK)
+				return status;
+		}
+	}
+	return TW_OK;
+}
+
+enum tw_status ply_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error)
+{
+	struct ply ply = {.text = file, .error = error};
+	if (!ply_is(file))
+		return tw_fail(error, TW_ERROR_INPUT, "mesh-bad-header", "line 1",
+			       "a PLY file begins with the line `ply`");
+	enum tw_status status = read_header(&ply);
+	if (status == TW_OK)
+		status = walk_vertices(&ply);
+	if (status == TW_OK)
+		status = walk_faces(&ply);
+	if (status == TW_OK)
+		status = openmesh_read(soup, arena, file, MESH_PLY, ply.encoding != ENCODING_ASCII,
+				       (uint32_t)ply.vertex.count, (uint32_t)ply.face.count, error);
+	if (status == TW_OK)
+		status = check_polygons(soup, error);
+	return status;
+}

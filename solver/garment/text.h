@@ -1,0 +1,38 @@
+/* Reading text without copying it: a line at a time, a word at a time, numbers correctly rounded. */
+#ifndef SOLVER_GARMENT_TEXT_H
+#define SOLVER_GARMENT_TEXT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* A stretch of borrowed text. Advancing moves `at`; nothing beyond `end` is read. */
+struct text {
+	const char *at;
+	const char *end;
+};
+
+/* The next logical line, without its end; a backslash before the line end joins the next line to it. False at the end
+ * of the text. *lines grows by the physical lines taken. */
+bool text_next_line(struct text *text, struct text *line, uint32_t *lines);
+
+/* The next word between blanks (space, tab, carriage return, joined line ends); false when there is none. */
+bool text_next_word(struct text *line, struct text *word);
+
+bool text_equals(const struct text *word, const char *string);
+
+/* The rest of the line without blanks at its two ends. */
+struct text text_trimmed(struct text line);
+
+/* The whole word as a finite number in C syntax without hexadecimal, correctly rounded. False for anything else: "nan",
+ * "inf", "1e999", "12abc", "". */
+bool text_to_number(const struct text *word, double *number);
+
+/* A decimal integer with an optional sign at the start of the word; moves behind it. False where there is none or where
+ * it does not fit. */
+bool text_take_integer(struct text *word, int64_t *integer);
+
+/* UTF-8 without control characters and without overlong or surrogate forms. */
+bool text_is_utf8(const struct text *text);
+
+#endif
