@@ -14,5 +14,6 @@ int command_steiner(int argc, char **argv);
 int command_rig(int argc, char **argv);
 int command_serve(int argc, char **argv);
 int command_key(int argc, char **argv);
+int command_worker(int argc, char **argv);
 
 #endif

@@ -174,4 +174,8 @@ enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, co
 /* Gives an unfinished job back, and the attempt with it: the worker is asked to leave. */
 enum tw_status job_release(struct store *store, const struct job_ticket *ticket, struct tw_error *error) TW_NODISCARD;
 
+/* Ends the leases of a worker that is known to be dead, so that nobody waits for them to run out. For the supervisor.
+ */
+enum tw_status job_abandon(struct store *store, const char *worker, struct tw_error *error) TW_NODISCARD;
+
 #endif

@@ -274,3 +274,14 @@ enum tw_status job_release(struct store *store, const struct job_ticket *ticket,
 	status = release(store, ticket, error);
 	return transaction_end(store, status, error);
 }
+
+enum tw_status job_abandon(struct store *store, const char *worker, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "UPDATE job SET lease_until_ms = 0 WHERE state = 1 AND worker = ?");
+	sql_bind_text(&q, worker);
+	status = sql_run(&q, NULL, error);
+	return transaction_end(store, status, error);
+}

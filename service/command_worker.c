@@ -1,0 +1,130 @@
+/* tightwire worker: one worker process on a store. `tightwire serve` starts these by itself; further ones may be
+ * started by hand. */
+#include "service/command.h"
+#include "service/worker.h"
+#include "solver/option.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct flags {
+	const char *store; /* borrowed */
+	const char *name;  /* borrowed; NULL for none */
+	uint32_t wake_fd;  /* UINT32_MAX for none, as done_fd */
+	uint32_t done_fd;
+	uint32_t threads;
+	uint32_t memory_mib;
+	double lease_s;
+	bool help;
+};
+
+static const struct option rows[] = {
+	{.name = "threads",
+	 .kind = OPTION_INTEGER,
+	 .offset = offsetof(struct flags, threads),
+	 .fallback = 1,
+	 .minimum = 1,
+	 .maximum = 256,
+	 .help = "threads of one computation; never changes a result"},
+	{.name = "memory_mib",
+	 .kind = OPTION_INTEGER,
+	 .offset = offsetof(struct flags, memory_mib),
+	 .unit = "MiB",
+	 .fallback = 4096,
+	 .maximum = 1 << 24,
+	 .help = "memory that one job may take; 0: no limit"},
+	{.name = "lease_s",
+	 .kind = OPTION_NUMBER,
+	 .offset = offsetof(struct flags, lease_s),
+	 .unit = "s",
+	 .fallback = 15,
+	 .minimum = 1,
+	 .maximum = 3600,
+	 .help = "how long after its last sign of life a worker's job goes to another"},
+	{.name = "wake_fd",
+	 .kind = OPTION_INTEGER,
+	 .offset = offsetof(struct flags, wake_fd),
+	 .fallback = UINT32_MAX,
+	 .maximum = UINT32_MAX,
+	 .help = "inherited pipe that gets a byte when there is work (used by serve)"},
+	{.name = "done_fd",
+	 .kind = OPTION_INTEGER,
+	 .offset = offsetof(struct flags, done_fd),
+	 .fallback = UINT32_MAX,
+	 .maximum = UINT32_MAX,
+	 .help = "inherited pipe to write a byte to when a job has ended (used by serve)"},
+	{.name = "help", .kind = OPTION_FLAG, .offset = offsetof(struct flags, help), .help = "this text"},
+};
+
+static const struct option_table table = {rows, sizeof rows / sizeof *rows};
+
+static void print_help(void)
+{
+	printf("usage: tightwire worker --store sqlite:PATH [--name NAME] [options]\n\n"
+	       "Takes jobs from the store's queue and computes them, until it gets SIGTERM (ends after the running "
+	       "job) or\n"
+	       "a second SIGTERM (gives the running job back). The store may also stand in TIGHTWIRE_STORE.\n\n");
+	option_print_help(&table, stdout);
+}
+
+/* `--name value` or `--name=value`. */
+static bool take_text(const char *flag, int argc, char **argv, int *index, const char **value)
+{
+	size_t size = strlen(flag);
+	if (strncmp(argv[*index], flag, size) != 0)
+		return false;
+	if (argv[*index][size] == '=')
+		*value = argv[*index] + size + 1;
+	else if (argv[*index][size] == '\0' && *index + 1 < argc)
+		*value = argv[++*index];
+	else
+		return false;
+	return true;
+}
+
+static enum tw_status parse(struct flags *flags, int argc, char **argv, struct tw_error *error)
+{
+	option_defaults(&table, flags);
+	flags->store = getenv("TIGHTWIRE_STORE");
+	flags->name = NULL;
+	for (int i = 1; i < argc; i++) {
+		bool taken = take_text("--store", argc, argv, &i, &flags->store) ||
+			     take_text("--name", argc, argv, &i, &flags->name);
+		enum tw_status status =
+			taken ? TW_OK : option_from_arguments(&table, flags, argc, argv, &i, &taken, error);
+		if (status != TW_OK)
+			return status;
+		if (!taken)
+			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "not an option of tightwire worker");
+	}
+	if (!flags->store && !flags->help)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", "--store", "name the store: --store sqlite:PATH");
+	return TW_OK;
+}
+
+int command_worker(int argc, char **argv)
+{
+	struct flags flags;
+	struct tw_error error = {0};
+	if (parse(&flags, argc, argv, &error) != TW_OK) {
+		fprintf(stderr, "tightwire worker: %s: %s\n", error.where, error.text);
+		return COMMAND_USAGE;
+	}
+	if (flags.help) {
+		print_help();
+		return COMMAND_DONE;
+	}
+	struct worker_settings settings = {
+		.store_url = flags.store,
+		.name = flags.name,
+		.wake_fd = flags.wake_fd == UINT32_MAX ? -1 : (int)flags.wake_fd,
+		.done_fd = flags.done_fd == UINT32_MAX ? -1 : (int)flags.done_fd,
+		.threads = flags.threads,
+		.memory_limit = (size_t)flags.memory_mib << 20,
+		.lease_ms = (int64_t)(flags.lease_s * 1000),
+	};
+	if (worker_run(&settings, &error) == TW_OK)
+		return COMMAND_DONE;
+	fprintf(stderr, "tightwire worker: %s\n", error.text);
+	return COMMAND_FAILED;
+}

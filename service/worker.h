@@ -1,0 +1,22 @@
+/* A worker: claims a job, computes it, stores the result, and takes the next. It holds nothing that matters: a worker
+ * that dies leaves a lease that runs out. */
+#ifndef SERVICE_WORKER_H
+#define SERVICE_WORKER_H
+
+#include "tightwire.h"
+
+struct worker_settings {
+	const char *store_url;
+	const char *name; /* in the job's row; NULL for "worker-PID", by which the supervisor knows it */
+	int wake_fd; /* pipe: a byte says there may be work, the end of file that the supervisor is gone; -1 for none */
+	int done_fd; /* pipe that gets a byte when a job has ended; -1 for none */
+	unsigned threads;    /* of one computation */
+	size_t memory_limit; /* bytes that one job may take; 0 for none */
+	int64_t lease_ms;
+};
+
+/* Works until SIGTERM or SIGINT: the first lets the running job end, the second gives it back to the queue. Returns
+ * TW_OK then. Returns an error only when the store cannot be opened; later errors are logged and tried again. */
+enum tw_status worker_run(const struct worker_settings *settings, struct tw_error *error) TW_NODISCARD;
+
+#endif
