@@ -1,6 +1,7 @@
 /* The job that makes a mesh: the uploads into a checked garment. */
 #include "service/work.h"
 #include "solver/garment/import.h"
+#include "storage/blob.h"
 
 #include <string.h>
 

@@ -27,9 +27,6 @@ static const struct handler {
 	enum tw_status (*run)(struct work *work, struct tw_error *error);
 } handlers[] = {
 	{RESOURCE_MESH, job_import_mesh},
-	{RESOURCE_MOTION, job_import_motion},
-	{RESOURCE_FIELD, job_compute_field},
-	{RESOURCE_LAYOUT, job_compute_layout},
 };
 
 /* How many times the process was asked to stop. */
@@ -85,8 +82,7 @@ static void wait_for_work(struct worker *worker)
 		worker->orphaned = read(wake.fd, &byte, 1) == 0;
 }
 
-/* --- one job
- * ---------------------------------------------------------------------------------------------------------- */
+/* --- one job ---------------------------------------------------------------------------------------------------- */
 
 static enum tw_status compute(struct worker *worker, struct work *work, struct tw_error *error)
 {
@@ -153,8 +149,7 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	arena_free(work.arena);
 }
 
-/* --- the loop
- * --------------------------------------------------------------------------------------------------------- */
+/* --- the loop --------------------------------------------------------------------------------------------------- */
 
 static void work_until_stopped(struct worker *worker)
 {

@@ -44,8 +44,7 @@ enum tw_status blob_list(struct store *store, const char *resource_id, enum blob
 enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size, size_t *got,
 			 struct tw_error *error) TW_NODISCARD;
 
-/* --- uploads, written as they arrive
- * ---------------------------------------------------------------------------------- */
+/* --- uploads, written as they arrive ---------------------------------------------------------------------------- */
 
 /* A blob in the making: buffers up to one chunk, and writes it in a transaction of its own. */
 struct upload;

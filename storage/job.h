@@ -83,8 +83,7 @@ struct job_page {
 
 void job_page_clear(struct job_page *page);
 
-/* --- for clients
- * ------------------------------------------------------------------------------------------------------ */
+/* --- for clients ------------------------------------------------------------------------------------------------ */
 
 /* TW_ERROR_NOT_FOUND "no-such-job". */
 enum tw_status job_get(struct store *store, const char *id, struct job *job, struct tw_error *error) TW_NODISCARD;
@@ -121,8 +120,7 @@ struct job_counts {
 };
 enum tw_status job_count(struct store *store, struct job_counts *counts, struct tw_error *error) TW_NODISCARD;
 
-/* --- for workers
- * ------------------------------------------------------------------------------------------------------ */
+/* --- for workers ------------------------------------------------------------------------------------------------ */
 
 /* What a worker holds while it works on a job. */
 struct job_ticket {

@@ -28,8 +28,7 @@ void resource_page_clear(struct resource_page *page)
 	memset(page, 0, sizeof *page);
 }
 
-/* --- reading
- * ---------------------------------------------------------------------------------------------------------- */
+/* --- reading ---------------------------------------------------------------------------------------------------- */
 
 static enum tw_status read_by_id(struct store *store, int kind, const char *id, struct resource *resource,
 				 struct tw_error *error)
@@ -136,8 +135,7 @@ enum tw_status resource_needs(struct store *store, const char *id, enum resource
 	return TW_OK;
 }
 
-/* --- creating, inside one transaction
- * --------------------------------------------------------------------------------- */
+/* --- creating, inside one transaction --------------------------------------------------------------------------- */
 
 static enum tw_status discard_uploads(struct store *store, const struct resource_draft *draft, struct tw_error *error)
 {
@@ -352,8 +350,7 @@ enum tw_status resource_create(struct store *store, const struct resource_draft 
 	return ended;
 }
 
-/* --- removing
- * --------------------------------------------------------------------------------------------------------- */
+/* --- removing --------------------------------------------------------------------------------------------------- */
 
 static enum tw_status refuse_in_use(struct store *store, int64_t resource, const char *id, struct tw_error *error)
 {
