@@ -1,0 +1,306 @@
+/* Edges are listed first (the garment's that a wire may use, then those of the extra nodes, site by site), with two
+ * weights each: the field's and the baseline's. The graph's rows are built once; a baseline is the same rows with other
+ * weights. */
+#include "solver/layout/network.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+/* A baseline of lengths counts in 1/1024 mm. */
+static const double length_scale = 1024;
+
+struct lister {
+	struct network *network;
+	const struct field *field;
+	struct strip_walker *walker;
+	enum layout_baseline kind;
+	uint32_t *ends;
+	uint64_t *weight;
+	uint64_t *baseline;
+	uint32_t *mesh_edge;
+	uint32_t *extra_face;
+	uint32_t *extra_site;
+	uint32_t *terminal;
+	uint32_t count;
+	uint32_t capacity;
+};
+
+static struct vec2 coord_of(const struct garment *garment, uint32_t coord)
+{
+	const double *uv = &garment->pattern[2 * (size_t)coord];
+	return (struct vec2){uv[0], uv[1]};
+}
+
+static bool is_extra(const struct network *network, uint32_t node)
+{
+	return node >= network->garment->vertex_count;
+}
+
+static uint32_t extra_of(const struct network *network, uint32_t node)
+{
+	return node - network->garment->vertex_count;
+}
+
+static const struct site *site_at(const struct network *network, uint32_t node)
+{
+	return &network->sites->site[network->extra_site[extra_of(network, node)]];
+}
+
+/* Where a node lies in the pattern plane of a face that it touches, and the key of that point. */
+static struct vec2 node_in_face(const struct network *network, uint32_t node, uint32_t face, uint64_t *key)
+{
+	const struct garment *garment = network->garment;
+	const uint32_t *vertex = &garment->face_vertex[3 * (size_t)face];
+	const uint32_t *coord = &garment->face_coord[3 * (size_t)face];
+	if (!is_extra(network, node)) {
+		uint32_t k = vertex[0] == node ? 0 : vertex[1] == node ? 1 : 2;
+		*key = coord[k];
+		return coord_of(garment, coord[k]);
+	}
+	const struct site *site = site_at(network, node);
+	*key = garment->coord_count + 2 * (uint64_t)extra_of(network, node);
+	if (site->kind == SITE_FACE)
+		return place_on_pattern(garment, &site->place);
+	const struct topology *topology = network->topology;
+	const uint32_t *faces = &topology->edge_face[2 * (size_t)site->edge];
+	uint32_t side = faces[0] == face ? 0 : 1, k = topology->edge_side[2 * (size_t)site->edge + side];
+	*key += side == 1 && topology->edge_kind[site->edge] == EDGE_SEAM;
+	bool forward = topology->edge_vertex[2 * (size_t)site->edge] == vertex[k];
+	return vec2_mix(coord_of(garment, coord[k]), coord_of(garment, coord[(k + 1) % 3]),
+			forward ? site->along : 1 - site->along);
+}
+
+/* The garment's edge that two nodes lie on, when one of them is inside it. */
+static uint32_t common_edge(const struct network *network, uint32_t a, uint32_t b)
+{
+	for (int turn = 0; turn < 2; turn++) {
+		uint32_t p = turn ? b : a, q = turn ? a : b;
+		if (!is_extra(network, p) || site_at(network, p)->kind != SITE_EDGE)
+			continue;
+		uint32_t edge = site_at(network, p)->edge;
+		const uint32_t *end = &network->topology->edge_vertex[2 * (size_t)edge];
+		if (is_extra(network, q) ? site_at(network, q)->kind == SITE_EDGE && site_at(network, q)->edge == edge
+					 : end[0] == q || end[1] == q)
+			return edge;
+	}
+	return GARMENT_NONE;
+}
+
+static void lay_in_face(const struct network *network, uint32_t face, uint32_t from, uint32_t to,
+			struct laid_edge *laid)
+{
+	laid->face = face;
+	laid->piece = network->garment->face_piece[face];
+	laid->from = node_in_face(network, from, face, &laid->from_key);
+	laid->to = node_in_face(network, to, face, &laid->to_key);
+}
+
+uint32_t network_lay(const struct network *network, uint32_t edge, uint32_t from_node, struct laid_edge laid[2])
+{
+	const uint32_t *end = &network->graph.ends[2 * (size_t)edge];
+	uint32_t to_node = end[0] == from_node ? end[1] : end[0];
+	bool extra = edge >= network->mesh_edge_count;
+	uint32_t mesh_edge = extra ? common_edge(network, from_node, to_node) : network->mesh_edge[edge];
+	if (mesh_edge == GARMENT_NONE) {
+		lay_in_face(network, network->extra_face[edge - network->mesh_edge_count], from_node, to_node,
+			    &laid[0]);
+		return 1;
+	}
+	const uint32_t *face = &network->topology->edge_face[2 * (size_t)mesh_edge];
+	uint32_t count = 0;
+	for (uint32_t side = 0; side < 2; side++)
+		if (face[side] != GARMENT_NONE)
+			lay_in_face(network, face[side], from_node, to_node, &laid[count++]);
+	return count;
+}
+
+struct place network_place(const struct network *network, uint32_t node)
+{
+	if (is_extra(network, node))
+		return site_at(network, node)->place;
+	struct place place = {.face = GARMENT_NONE};
+	uint32_t arc = network->graph.first[node];
+	if (arc == network->graph.first[node + 1])
+		return place;
+	struct laid_edge laid[2];
+	network_lay(network, network->graph.edge[arc], node, laid);
+	place.face = laid[0].face;
+	for (uint32_t k = 0; k < 3; k++)
+		place.barycentric[k] = network->garment->face_vertex[3 * (size_t)place.face + k] == node;
+	return place;
+}
+
+static uint64_t baseline_weight(const struct lister *lister, double length)
+{
+	uint64_t weight = lister->kind == BASELINE_UNIT ? 1 : (uint64_t)(length * length_scale + 0.5);
+	return weight ? weight : 1;
+}
+
+static double edge_length(const struct network *network, uint32_t mesh_edge)
+{
+	double sum = 0, sides = 0;
+	for (uint32_t side = 0; side < 2; side++) {
+		uint32_t face = network->topology->edge_face[2 * (size_t)mesh_edge + side];
+		if (face == GARMENT_NONE)
+			continue;
+		uint32_t k = network->topology->edge_side[2 * (size_t)mesh_edge + side];
+		const uint32_t *coord = &network->garment->face_coord[3 * (size_t)face];
+		sum += vec2_distance(coord_of(network->garment, coord[k]),
+				     coord_of(network->garment, coord[(k + 1) % 3]));
+		sides++;
+	}
+	return sides > 0 ? sum / sides : 0;
+}
+
+static void list_mesh_edges(struct lister *lister)
+{
+	struct network *network = lister->network;
+	const struct topology *topology = network->topology;
+	double length_sum = 0;
+	for (uint32_t e = 0; e < topology->edge_count; e++) {
+		double length = edge_length(network, e);
+		length_sum += length;
+		if (lister->field->weight[e] == FIELD_FORBIDDEN)
+			continue;
+		uint32_t i = lister->count++;
+		memcpy(&lister->ends[2 * (size_t)i], &topology->edge_vertex[2 * (size_t)e], 2 * sizeof(uint32_t));
+		lister->weight[i] = lister->field->weight[e];
+		lister->baseline[i] = baseline_weight(lister, length);
+		lister->mesh_edge[i] = e;
+	}
+	network->mesh_edge_count = lister->count;
+	network->mean_edge_mm = topology->edge_count ? length_sum / topology->edge_count : 1;
+}
+
+/* Edges of an extra node are always allowed, whatever the overhang rule: a terminal must be reachable. */
+static uint64_t extra_weight(struct lister *lister, const struct laid_edge *laid)
+{
+	const struct field_options *options = &lister->field->options;
+	if (options->weight == FIELD_UNIT)
+		return field_round(lister->field, 1);
+	if (options->weight == FIELD_LENGTH)
+		return field_round(lister->field, vec2_distance(laid->from, laid->to));
+	struct strip strip;
+	const double a[2] = {laid->from.x, laid->from.y}, b[2] = {laid->to.x, laid->to.y};
+	strip_segment(lister->walker, laid->face, a, b, options->strip_width_mm, &strip);
+	return field_round(lister->field, strip_cost(&strip, options->overhang));
+}
+
+static enum tw_status list_extra(struct lister *lister, uint32_t from, uint32_t to, uint32_t face,
+				 struct tw_error *error)
+{
+	if (lister->count == lister->capacity)
+		return tw_fail(error, TW_ERROR_LIMIT, "too-many-terminals", "/terminals",
+			       "too many terminals lie in one face: spread them, or give them by vertex");
+	struct laid_edge laid;
+	lay_in_face(lister->network, face, from, to, &laid);
+	uint32_t i = lister->count++;
+	lister->ends[2 * (size_t)i] = from < to ? from : to;
+	lister->ends[2 * (size_t)i + 1] = from < to ? to : from;
+	lister->weight[i] = extra_weight(lister, &laid);
+	lister->baseline[i] = baseline_weight(lister, vec2_distance(laid.from, laid.to));
+	lister->extra_face[i - lister->network->mesh_edge_count] = face;
+	return TW_OK;
+}
+
+/* The faces that a site lies in: one, or those on its edge. */
+static uint32_t faces_of(const struct network *network, const struct site *site, uint32_t face[2])
+{
+	face[0] = site->place.face;
+	if (site->kind != SITE_EDGE)
+		return 1;
+	memcpy(face, &network->topology->edge_face[2 * (size_t)site->edge], 2 * sizeof *face);
+	return face[1] == GARMENT_NONE ? 1 : 2;
+}
+
+static enum tw_status join_corners(struct lister *lister, uint32_t node, const struct site *site,
+				   struct tw_error *error)
+{
+	struct network *network = lister->network;
+	uint32_t face[2], faces = faces_of(network, site, face);
+	for (uint32_t f = 0; f < faces; f++) {
+		for (uint32_t k = 0; k < 3; k++) {
+			uint32_t vertex = network->garment->face_vertex[3 * (size_t)face[f] + k];
+			/* The ends of the edge that the site lies on are met in both faces. */
+			if (f == 1 && common_edge(network, node, vertex) != GARMENT_NONE)
+				continue;
+			enum tw_status status = list_extra(lister, node, vertex, face[f], error);
+			if (status)
+				return status;
+		}
+	}
+	return TW_OK;
+}
+
+/* Joins the node to those before it that share a face with it. */
+static enum tw_status join_extras(struct lister *lister, uint32_t node, const struct site *site, struct tw_error *error)
+{
+	struct network *network = lister->network;
+	uint32_t face[2], faces = faces_of(network, site, face);
+	for (uint32_t other = network->garment->vertex_count; other < node; other++) {
+		uint32_t other_face[2], others = faces_of(network, site_at(network, other), other_face);
+		for (uint32_t i = 0; i < faces * others; i++) {
+			if (face[i / others] != other_face[i % others])
+				continue;
+			enum tw_status status = list_extra(lister, node, other, face[i / others], error);
+			if (status)
+				return status;
+			break;
+		}
+	}
+	return TW_OK;
+}
+
+static enum tw_status list_extras(struct lister *lister, struct tw_error *error)
+{
+	struct network *network = lister->network;
+	for (uint32_t s = 0; s < network->sites->count; s++) {
+		const struct site *site = &network->sites->site[s];
+		lister->terminal[s] = site->vertex;
+		if (site->kind == SITE_VERTEX)
+			continue;
+		uint32_t node = network->garment->vertex_count + network->extra_count;
+		lister->extra_site[network->extra_count++] = s;
+		lister->terminal[s] = node;
+		enum tw_status status = join_corners(lister, node, site, error);
+		if (!status)
+			status = join_extras(lister, node, site, error);
+		if (status)
+			return status;
+	}
+	return TW_OK;
+}
+
+enum { CORNER_EDGES = 4, PAIR_EDGES = 60 }; /* extra edges that a site may have, at most and on the mean */
+
+enum tw_status network_build(struct network *network, struct arena *arena, const struct garment *garment,
+			     const struct topology *topology, const struct field *field, const struct site_set *sites,
+			     struct strip_walker *walker, enum layout_baseline baseline, struct tw_error *error)
+{
+	*network = (struct network){.garment = garment, .topology = topology, .sites = sites};
+	uint32_t extra = sites->count * (CORNER_EDGES + PAIR_EDGES), edges = topology->edge_count + extra;
+	struct lister lister = {.network = network, .field = field, .walker = walker, .kind = baseline};
+	lister.capacity = edges;
+	lister.ends = ARENA_ARRAY(arena, 2 * (size_t)edges, uint32_t);
+	lister.weight = ARENA_ARRAY(arena, edges, uint64_t);
+	lister.baseline = ARENA_ARRAY(arena, edges, uint64_t);
+	lister.mesh_edge = ARENA_ARRAY(arena, topology->edge_count, uint32_t);
+	lister.extra_face = ARENA_ARRAY(arena, edges, uint32_t);
+	lister.extra_site = ARENA_ARRAY(arena, sites->count, uint32_t);
+	lister.terminal = ARENA_ARRAY(arena, sites->count, uint32_t);
+	if (!lister.ends || !lister.weight || !lister.baseline || !lister.mesh_edge || !lister.extra_face ||
+	    !lister.extra_site || !lister.terminal)
+		return tw_fail_memory(error);
+	network->extra_site = lister.extra_site;
+	list_mesh_edges(&lister);
+	enum tw_status status = list_extras(&lister, error);
+	if (status)
+		return status;
+	network->baseline = baseline == BASELINE_NONE ? NULL : lister.baseline;
+	network->baseline_scale = baseline == BASELINE_UNIT ? 1 : length_scale;
+	network->mesh_edge = lister.mesh_edge;
+	network->extra_face = lister.extra_face;
+	network->terminal = lister.terminal;
+	return graph_build(&network->graph, arena, garment->vertex_count + network->extra_count, lister.count,
+			   lister.ends, lister.weight, error);
+}

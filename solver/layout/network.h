@@ -1,0 +1,49 @@
+/* The graph that wires are laid in: the garment's vertices and edges, and for this job a node for every terminal that
+ * lies inside a face or an edge (method 4). */
+#ifndef SOLVER_LAYOUT_NETWORK_H
+#define SOLVER_LAYOUT_NETWORK_H
+
+#include "solver/field/field.h"
+#include "solver/field/strip.h"
+#include "solver/garment/garment.h"
+#include "solver/graph/graph.h"
+#include "solver/layout/terminals.h"
+
+/* Node n < vertex_count is that vertex of the garment; node vertex_count + i is the place of site extra_site[i]. Edge
+ * e < mesh_edge_count is the garment's edge mesh_edge[e]; later ones lie in faces that hold extra nodes. */
+struct network {
+	const struct garment *garment;
+	const struct topology *topology;
+	const struct site_set *sites;
+	struct graph graph;         /* weights of the field */
+	const uint64_t *baseline;   /* [edge_count] weights of the baseline; NULL without one */
+	double baseline_scale;      /* its units per edge or per mm */
+	const uint32_t *mesh_edge;  /* [mesh_edge_count] */
+	const uint32_t *extra_face; /* [edge_count - mesh_edge_count] face that an extra edge lies in */
+	const uint32_t *extra_site; /* [extra_count] */
+	const uint32_t *terminal;   /* [sites->count] node of every site */
+	uint32_t mesh_edge_count;
+	uint32_t extra_count;
+	double mean_edge_mm; /* of the pattern */
+};
+
+/* `walker` integrates density + eta of the same field. TW_ERROR_MEMORY, TW_ERROR_INPUT. */
+enum tw_status network_build(struct network *network, struct arena *arena, const struct garment *garment,
+			     const struct topology *topology, const struct field *field, const struct site_set *sites,
+			     struct strip_walker *walker, enum layout_baseline baseline,
+			     struct tw_error *error) TW_NODISCARD;
+
+/* An edge of the network as it lies in the pattern, walked from one of its ends to the other. */
+struct laid_edge {
+	uint32_t face, piece;
+	struct vec2 from, to;
+	uint64_t from_key, to_key; /* equal keys mean the same point of the same piece */
+};
+
+/* The one or two ways in which `edge` lies in the pattern, one for each face on it. Returns how many. */
+uint32_t network_lay(const struct network *network, uint32_t edge, uint32_t from_node, struct laid_edge laid[2]);
+
+/* A face that the node lies in, with its weights. */
+struct place network_place(const struct network *network, uint32_t node);
+
+#endif

@@ -1,0 +1,419 @@
+/* A strand is unfolded into one plane, kept clear of the cut lines, straightened into few legs, its corners rounded,
+ * and folded back onto its pieces; then it is cut into its branches at the junctions. A strand that ends at a junction
+ * ends on the curve of the strand that runs through, which is why strands are taken in that order.
+ *
+ * A curve passes a seam straight: the corner at a crossing is split into two corners, one in each piece, with the
+ * crossing between them on a straight leg. So the direction is continuous across the sewn seam, and both pieces meet
+ * the seam at the same point. */
+#include "solver/layout/wires.h"
+
+#include "solver/curve/corridor.h"
+#include "solver/curve/fillet.h"
+
+#include <string.h>
+
+/* The share of the shorter leg at which the two corners of a split one stand from it. */
+static const double split_share = 0.4;
+
+struct smoother {
+	struct wire_set *wires;
+	struct arena *arena;
+	const struct network *network;
+	const struct branch_set *set;
+	const struct outline *outline;
+	const struct locator *locator;
+	const struct wire_rules *rules;
+	const double *cost_per_mm;
+	bool *end_known; /* [end_count] */
+};
+
+/* One strand at work. */
+struct draft {
+	struct smoother *smoother;
+	const struct strand *strand;
+	struct unfolded path;
+	bool *stop;        /* [path.count] */
+	double *rate;      /* [path.count] */
+	double *depth;     /* [path.count] distance from the cut line of the piece, inside positive */
+	struct span *span; /* in the strand's plane; a span's piece is its run */
+	uint32_t span_count;
+};
+
+static struct vec2 in_piece(const struct draft *draft, uint32_t run, struct vec2 point)
+{
+	return placement_undo(draft->path.run[run].placement, point);
+}
+
+/* A strand ends where the strand through its junction passes, in the same piece. */
+static void attach_ends(struct draft *draft)
+{
+	const struct smoother *smoother = draft->smoother;
+	for (uint32_t which = 0; which < 2; which++) {
+		uint32_t end = draft->strand->end[which];
+		uint32_t node = which ? draft->path.count - 1 : 0;
+		const struct run *run = &draft->path.run[draft->path.leg_run[which ? node - 1 : 0]];
+		const struct wire_end *place = &smoother->wires->end[end];
+		if (smoother->end_known[end] && smoother->set->end[end].site == GARMENT_NONE &&
+		    place->piece == run->piece)
+			draft->path.point[node] = placement_apply(run->placement, place->at);
+	}
+}
+
+/* Whether a branch that ends at this junction, and is not of the strand, can begin at the pattern point `key`. */
+static bool meets(const struct network *network, const struct branch *branch, uint32_t which, const uint64_t key[2])
+{
+	uint32_t last = branch->edge_count;
+	struct laid_edge laid[2];
+	uint32_t count = network_lay(network, branch->edge[which ? last - 1 : 0], branch->node[which ? last : 0], laid);
+	for (uint32_t s = 0; s < count; s++)
+		if (laid[s].from_key == key[0] || laid[s].from_key == key[1])
+			return true;
+	return false;
+}
+
+static bool foreign_branch(const struct draft *draft, uint32_t end, uint32_t node)
+{
+	const struct branch_set *set = draft->smoother->set;
+	const uint64_t key[2] = {draft->path.key_in[node], draft->path.key_out[node]};
+	for (uint32_t b = 0; b < set->branch_count; b++)
+		for (uint32_t which = 0; which < 2; which++)
+			if (set->branch[b].end[which] == end &&
+			    !meets(draft->smoother->network, &set->branch[b], which, key))
+				return true;
+	return false;
+}
+
+/* The curve must pass through its ends, its crossings, and junctions whose other branches come from another piece. */
+static void find_stops(struct draft *draft)
+{
+	const struct branch_set *set = draft->smoother->set;
+	for (uint32_t i = 0; i < draft->path.count; i++)
+		draft->stop[i] = draft->path.crossing[i] || i == 0 || i + 1 == draft->path.count;
+	uint32_t node = 0;
+	for (uint32_t i = 0; i + 1 < draft->strand->count; i++) {
+		const struct strand_step *step = &set->step[draft->strand->first + i];
+		const struct branch *branch = &set->branch[step->branch];
+		node += branch->edge_count;
+		if (foreign_branch(draft, branch->end[!step->reversed], node))
+			draft->stop[node] = true;
+	}
+}
+
+static void find_rates(struct draft *draft)
+{
+	const double *cost = draft->smoother->cost_per_mm;
+	const struct unfolded *path = &draft->path;
+	for (uint32_t i = 0; i < path->count; i++) {
+		double before = cost && i > 0 ? cost[path->edge[i - 1]] : 1;
+		double behind = cost && i + 1 < path->count ? cost[path->edge[i]] : 1;
+		if (i == 0)
+			before = behind;
+		if (i + 1 == path->count)
+			behind = before;
+		draft->rate[i] = (before + behind) / 2;
+	}
+}
+
+/* Length of the path from each node to the nearest stop. */
+static void find_leeway(const struct draft *draft, double *leeway)
+{
+	const struct unfolded *path = &draft->path;
+	double run = 0;
+	for (uint32_t i = 0; i < path->count; i++) {
+		run = i ? run + vec2_distance(path->point[i - 1], path->point[i]) : 0;
+		run = draft->stop[i] ? 0 : run;
+		leeway[i] = run;
+	}
+	run = 0;
+	for (uint32_t i = path->count; i-- > 0;) {
+		run += i + 1 < path->count ? vec2_distance(path->point[i], path->point[i + 1]) : 0;
+		run = draft->stop[i] ? 0 : run;
+		leeway[i] = run < leeway[i] ? run : leeway[i];
+	}
+}
+
+/* Moves a point of a piece inwards until it keeps `clearance` from the cut line. In a narrow place it goes as far as it
+ * gets. */
+static struct vec2 move_inwards(const struct draft *draft, uint32_t piece, struct vec2 point, double clearance,
+				double *depth)
+{
+	const struct smoother *smoother = draft->smoother;
+	const struct garment *garment = smoother->network->garment;
+	struct vec2 best = point;
+	*depth = 0;
+	for (int round = 0; round < 4; round++) {
+		uint32_t segment = GARMENT_NONE;
+		double distance = outline_distance(smoother->outline, garment, piece, point, &segment);
+		if (segment == GARMENT_NONE)
+			break;
+		struct place place;
+		locator_find(smoother->locator, piece, point, &place);
+		distance = place.distance > 1e-6 ? -distance : distance;
+		if (round == 0 || distance > *depth) {
+			*depth = distance;
+			best = point;
+		}
+		if (distance >= clearance - 1e-6)
+			break;
+		struct vec2 from, to;
+		outline_ends(smoother->outline, garment, segment, &from, &to);
+		struct vec2 foot = vec2_mix(from, to, vec2_nearest(from, to, point));
+		struct vec2 inward = vec2_left(vec2_unit(vec2_sub(to, from)));
+		if (distance > 1e-3)
+			inward = vec2_unit(vec2_sub(point, foot));
+		point = vec2_along(foot, inward, clearance);
+	}
+	return best;
+}
+
+static void keep_clear(struct draft *draft, double *leeway)
+{
+	struct unfolded *path = &draft->path;
+	find_leeway(draft, leeway);
+	for (uint32_t i = 0; i < path->count; i++) {
+		uint32_t run = path->leg_run[i + 1 < path->count ? i : i - 1];
+		/* Towards a crossing, and towards a terminal at the cut line, the wire comes closer step by step. */
+		double clearance = 0.8 * leeway[i];
+		if (clearance > draft->smoother->rules->clearance_mm)
+			clearance = draft->smoother->rules->clearance_mm;
+		struct vec2 point = in_piece(draft, run, path->point[i]);
+		struct vec2 moved = move_inwards(draft, path->run[run].piece, point, clearance, &draft->depth[i]);
+		if (!draft->stop[i])
+			path->point[i] = placement_apply(path->run[run].placement, moved);
+	}
+}
+
+/* A leg must stay on its piece. Points deep inside need no look. */
+static bool leg_allowed(void *context, uint32_t i, uint32_t j)
+{
+	const struct draft *draft = context;
+	double shallow = INFINITY;
+	for (uint32_t m = i; m <= j; m++)
+		shallow = draft->depth[m] < shallow ? draft->depth[m] : shallow;
+	if (shallow > 1.5 * draft->smoother->rules->tolerance_mm)
+		return true;
+	uint32_t run = draft->path.leg_run[i];
+	struct vec2 a = in_piece(draft, run, draft->path.point[i]), b = in_piece(draft, run, draft->path.point[j]);
+	double length = vec2_distance(a, b);
+	uint32_t steps = (uint32_t)(length / 3) + 2;
+	for (uint32_t s = 1; s < steps; s++) {
+		struct place place;
+		locator_find(draft->smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, (double)s / steps),
+			     &place);
+		if (place.distance > 0.05)
+			return false;
+	}
+	return true;
+}
+
+/* The corner at `kept[k]`, split in two where the curve must pass through it. */
+static uint32_t make_corners(const struct draft *draft, const uint32_t *kept, uint32_t kept_count,
+			     struct corner *corner)
+{
+	const struct unfolded *path = &draft->path;
+	uint32_t made = 0;
+	for (uint32_t k = 0; k < kept_count; k++) {
+		uint32_t node = kept[k];
+		struct vec2 at = path->point[node];
+		uint32_t in_run = path->leg_run[node ? node - 1 : 0];
+		uint32_t out_run = path->leg_run[node + 1 < path->count ? node : node - 1];
+		if (k == 0 || k + 1 == kept_count || !draft->stop[node]) {
+			corner[made++] = (struct corner){.at = at, .run = out_run};
+			continue;
+		}
+		struct vec2 in = vec2_sub(at, path->point[kept[k - 1]]);
+		struct vec2 out = vec2_sub(path->point[kept[k + 1]], at);
+		double shorter = vec2_length(in) < vec2_length(out) ? vec2_length(in) : vec2_length(out);
+		struct vec2 through = vec2_unit(vec2_add(vec2_unit(in), vec2_unit(out)));
+		/* The new corners stray from the legs by the sine of half the turn. */
+		double sine = fabs(vec2_cross(vec2_unit(in), through)), share = split_share * shorter;
+		double reach = sine > 0 ? draft->smoother->rules->tolerance_mm / sine : share;
+		reach = reach < share ? reach : share;
+		corner[made++] = (struct corner){.at = vec2_along(at, through, -reach), .run = in_run};
+		corner[made++] = (struct corner){.at = at, .run = out_run, .fixed = true};
+		corner[made++] = (struct corner){.at = vec2_along(at, through, reach), .run = out_run};
+	}
+	return made;
+}
+
+static enum tw_status draw(struct draft *draft, struct tw_error *error)
+{
+	const struct smoother *smoother = draft->smoother;
+	uint32_t *kept = ARENA_ARRAY(smoother->arena, draft->path.count, uint32_t), kept_count;
+	struct corner *corner = ARENA_ARRAY(smoother->arena, 3 * (size_t)draft->path.count, struct corner);
+	if (!kept || !corner)
+		return tw_fail_memory(error);
+	struct corridor corridor = {
+		.point = draft->path.point,
+		.rate = draft->rate,
+		.stop = draft->stop,
+		.count = draft->path.count,
+		.tolerance = smoother->rules->tolerance_mm,
+		.minimum_radius = smoother->rules->minimum_radius_mm,
+		.bend_price = smoother->rules->strip_width_mm / 3,
+		.allowed = leg_allowed,
+		.context = draft,
+	};
+	enum tw_status status = corridor_straighten(&corridor, smoother->arena, kept, &kept_count, error);
+	if (status)
+		return status;
+	uint32_t corners = make_corners(draft, kept, kept_count, corner);
+	return curve_fillet(corner, corners, smoother->rules->minimum_radius_mm, smoother->rules->tolerance_mm,
+			    smoother->arena, &draft->span, &draft->span_count, error);
+}
+
+/* The place on the strand's curve that is nearest to a point, at or behind (*span, *t). */
+static void nearest_on_curve(const struct draft *draft, struct vec2 point, uint32_t *span, double *t)
+{
+	double best = INFINITY;
+	uint32_t first = *span;
+	double from = *t;
+	for (uint32_t s = first; s < draft->span_count; s++) {
+		double at = span_nearest(&draft->span[s], point);
+		if (s == first && at < from)
+			at = from;
+		double distance = vec2_distance(point, span_point(&draft->span[s], at));
+		if (distance < best - 1e-9) {
+			best = distance;
+			*span = s;
+			*t = at;
+		}
+	}
+}
+
+/* A span of the strand's plane in the plane of its piece. */
+static struct span fold(const struct draft *draft, const struct span *span)
+{
+	const struct run *run = &draft->path.run[span->piece];
+	struct span folded = span_unplace(span, run->placement);
+	folded.piece = run->piece;
+	return folded;
+}
+
+static struct span reverse(const struct span *span)
+{
+	struct span back = *span;
+	back.from = span->to;
+	back.to = span->from;
+	back.turn = -span->turn;
+	return back;
+}
+
+struct cut {
+	uint32_t span;
+	double t;
+};
+
+/* The part of the curve between two cuts becomes the wire of a branch. */
+static enum tw_status take_wire(struct draft *draft, const struct strand_step *step, struct cut from, struct cut to,
+				struct tw_error *error)
+{
+	struct wire *wire = &draft->smoother->wires->wire[step->branch];
+	wire->span = ARENA_ARRAY(draft->smoother->arena, to.span - from.span + 1, struct span);
+	if (!wire->span)
+		return tw_fail_memory(error);
+	for (uint32_t s = from.span; s <= to.span && s < draft->span_count; s++) {
+		double t0 = s == from.span ? from.t : 0, t1 = s == to.span ? to.t : 1;
+		if (t1 - t0 < 1e-12 || (t1 - t0) * span_length(&draft->span[s]) < 1e-9)
+			continue;
+		struct span part = span_part(&draft->span[s], t0, t1);
+		wire->span[wire->span_count++] = fold(draft, &part);
+	}
+	if (!step->reversed)
+		return TW_OK;
+	for (uint32_t i = 0, j = wire->span_count; i < j--; i++) {
+		struct span first = reverse(&wire->span[i]), last = reverse(&wire->span[j]);
+		wire->span[i] = last;
+		wire->span[j] = first;
+	}
+	return TW_OK;
+}
+
+static void know_end(struct draft *draft, uint32_t end, uint32_t run, struct vec2 at)
+{
+	struct smoother *smoother = draft->smoother;
+	if (smoother->end_known[end])
+		return;
+	smoother->end_known[end] = true;
+	smoother->wires->end[end] =
+		(struct wire_end){.piece = draft->path.run[run].piece, .at = in_piece(draft, run, at)};
+}
+
+static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error)
+{
+	const struct branch_set *set = draft->smoother->set;
+	const struct unfolded *path = &draft->path;
+	know_end(draft, draft->strand->end[0], path->leg_run[0], path->point[0]);
+	know_end(draft, draft->strand->end[1], path->leg_run[path->count - 2], path->point[path->count - 1]);
+	struct cut from = {0, 0};
+	uint32_t node = 0;
+	for (uint32_t i = 0; i < draft->strand->count; i++) {
+		const struct strand_step *step = &set->step[draft->strand->first + i];
+		const struct branch *branch = &set->branch[step->branch];
+		node += branch->edge_count;
+		struct cut to = {draft->span_count ? draft->span_count - 1 : 0, 1};
+		if (i + 1 < draft->strand->count && draft->span_count) {
+			to = from;
+			nearest_on_curve(draft, path->point[node], &to.span, &to.t);
+			know_end(draft, branch->end[!step->reversed], draft->span[to.span].piece,
+				 span_point(&draft->span[to.span], to.t));
+		}
+		enum tw_status status = take_wire(draft, step, from, to, error);
+		if (status)
+			return status;
+		from = to;
+	}
+	return TW_OK;
+}
+
+static enum tw_status smooth_strand(struct smoother *smoother, const struct strand *strand, struct tw_error *error)
+{
+	struct draft draft = {.smoother = smoother, .strand = strand};
+	struct arena *arena = smoother->arena;
+	enum tw_status status = strand_unfold(&draft.path, arena, smoother->network, smoother->set, strand, error);
+	if (status)
+		return status;
+	draft.stop = ARENA_ARRAY(arena, draft.path.count, bool);
+	draft.rate = ARENA_ARRAY(arena, draft.path.count, double);
+	draft.depth = ARENA_ARRAY(arena, draft.path.count, double);
+	double *leeway = ARENA_ARRAY(arena, draft.path.count, double);
+	if (!draft.stop || !draft.rate || !draft.depth || !leeway)
+		return tw_fail_memory(error);
+	attach_ends(&draft);
+	find_stops(&draft);
+	find_rates(&draft);
+	keep_clear(&draft, leeway);
+	status = draw(&draft, error);
+	if (status)
+		return status;
+	for (uint32_t i = 0; i < draft.path.count; i++)
+		smoother->wires->seam_crossings += draft.path.crossing[i];
+	return cut_into_wires(&draft, error);
+}
+
+enum tw_status wires_smooth(struct wire_set *wires, struct arena *arena, const struct network *network,
+			    const struct branch_set *set, const struct outline *outline, const struct locator *locator,
+			    const struct wire_rules *rules, const double *cost_per_mm, struct tw_error *error)
+{
+	*wires = (struct wire_set){0};
+	wires->wire = ARENA_ZEROED(arena, set->branch_count, struct wire);
+	wires->end = ARENA_ZEROED(arena, set->end_count, struct wire_end);
+	struct smoother smoother = {wires, arena, network, set, outline, locator, rules, cost_per_mm, NULL};
+	smoother.end_known = ARENA_ZEROED(arena, set->end_count, bool);
+	if (!wires->wire || !wires->end || !smoother.end_known)
+		return tw_fail_memory(error);
+	for (uint32_t s = 0; s < set->strand_count; s++) {
+		enum tw_status status = smooth_strand(&smoother, &set->strand[s], error);
+		if (status)
+			return status;
+	}
+	/* A lone terminal has no wire; it lies where it is. */
+	for (uint32_t e = 0; e < set->end_count; e++) {
+		if (smoother.end_known[e])
+			continue;
+		struct place place = network_place(network, set->end[e].node);
+		wires->end[e] = (struct wire_end){network->garment->face_piece[place.face],
+						  place_on_pattern(network->garment, &place)};
+	}
+	return TW_OK;
+}
