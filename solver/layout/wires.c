@@ -9,6 +9,7 @@
 
 #include "solver/curve/corridor.h"
 #include "solver/curve/fillet.h"
+#include "solver/layout/unfold.h"
 
 #include <string.h>
 

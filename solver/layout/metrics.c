@@ -1,0 +1,204 @@
+/* Every span is cut into pieces that a quadrilateral strip fits: a line as a whole, an arc into parts that turn by no
+ * more than `arc_step`, with trapezoids inscribed. The same parts, cut again at the mesh's edges, give the trace. */
+#include "solver/layout/metrics.h"
+
+#include <string.h>
+
+static const double arc_step = 0.0873;    /* radians: 5 degrees; the chord of a 7.5 mm arc is off by 7 µm */
+static const double cut_tolerance = 0.25; /* mm that a curve may leave its piece by: less than a cutter's */
+
+/* Two passes over the same walk: the first counts places and violations, the second writes them. */
+struct measurer {
+	const struct metrics_input *input;
+	struct layout_metrics *metrics;
+	struct trace *trace;
+	bool writing;
+	uint32_t places;
+	uint32_t violations;
+};
+
+enum { CUTS_MAX = 4096 };
+
+static void add_place(struct measurer *measurer, const struct place *place)
+{
+	if (measurer->writing)
+		measurer->trace->place[measurer->places] = *place;
+	measurer->places++;
+}
+
+static void add_violation(struct measurer *measurer, struct violation violation)
+{
+	if (measurer->writing)
+		measurer->metrics->violation[measurer->violations] = violation;
+	measurer->violations++;
+}
+
+/* The worst stray of a span from its piece. */
+struct stray {
+	double distance;
+	struct vec2 at;
+};
+
+static void trace_point(struct measurer *measurer, uint32_t piece, struct vec2 point, struct stray *stray)
+{
+	struct place place;
+	locator_find(measurer->input->locator, piece, point, &place);
+	if (place.distance > stray->distance)
+		*stray = (struct stray){place.distance, point};
+	add_place(measurer, &place);
+}
+
+static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a, struct vec2 b, struct stray *stray)
+{
+	double t[CUTS_MAX];
+	uint32_t cuts = locator_cuts(measurer->input->locator, piece, a, b, t, CUTS_MAX);
+	cuts = cuts < CUTS_MAX ? cuts : CUTS_MAX;
+	for (uint32_t i = 0; i < cuts; i++)
+		trace_point(measurer, piece, vec2_mix(a, b, t[i]), stray);
+	trace_point(measurer, piece, b, stray);
+}
+
+static void trace_span(struct measurer *measurer, uint32_t branch, const struct span *span)
+{
+	struct stray stray = {0, span->from};
+	uint32_t parts = span_cuts(span, arc_step);
+	struct vec2 at = span->from;
+	for (uint32_t i = 1; i <= parts; i++) {
+		struct vec2 to = span_point(span, (double)i / parts);
+		trace_chord(measurer, span->piece, at, to, &stray);
+		at = to;
+	}
+	const struct wire_rules *rules = measurer->input->rules;
+	if (stray.distance > cut_tolerance)
+		add_violation(measurer, (struct violation){RULE_OFF_PIECE, branch, span->piece, stray.at,
+							   stray.distance, cut_tolerance});
+	if (span_is_arc(span) && span->radius < rules->minimum_radius_mm * (1 - 1e-9))
+		add_violation(measurer,
+			      (struct violation){RULE_MINIMUM_RADIUS, branch, span->piece, span_point(span, 0.5),
+						 span->radius, rules->minimum_radius_mm});
+}
+
+static void trace_all(struct measurer *measurer)
+{
+	const struct branch_set *branches = measurer->input->branches;
+	measurer->places = measurer->violations = 0;
+	for (uint32_t b = 0; b < branches->branch_count; b++) {
+		measurer->trace->first[b] = measurer->places;
+		const struct wire *wire = &measurer->input->wires->wire[b];
+		for (uint32_t s = 0; s < wire->span_count; s++) {
+			const struct span *span = &wire->span[s];
+			struct stray unused = {INFINITY, {0, 0}};
+			/* Where a wire changes its piece it stands at the same place of the mesh twice. */
+			if (s == 0 || span[-1].piece != span->piece)
+				trace_point(measurer, span->piece, span->from, &unused);
+			trace_span(measurer, b, span);
+		}
+	}
+	measurer->trace->first[branches->branch_count] = measurer->places;
+}
+
+/* The length of the trace on the pattern; steps from one piece to another have none. */
+static void measure_rest(const struct metrics_input *input, struct trace *trace)
+{
+	for (uint32_t b = 0; b < input->branches->branch_count; b++) {
+		double length = 0;
+		for (uint32_t i = trace->first[b] + 1; i < trace->first[b + 1]; i++) {
+			const struct place *p = &trace->place[i - 1], *q = &trace->place[i];
+			if (input->garment->face_piece[p->face] == input->garment->face_piece[q->face])
+				length += vec2_distance(place_on_pattern(input->garment, p),
+							place_on_pattern(input->garment, q));
+		}
+		trace->rest_mm[b] = length;
+	}
+}
+
+static void strip_of_part(const struct metrics_input *input, const struct span *span, double t0, double t1,
+			  struct strip *sum)
+{
+	struct vec2 quad[4];
+	span_strip(span, t0, t1, input->field->options.strip_width_mm, quad);
+	double corner[4][2];
+	uint32_t count = 0;
+	for (uint32_t i = 0; i < 4; i++) {
+		if (i && vec2_distance(quad[i], quad[i - 1]) < 1e-12)
+			continue;
+		corner[count][0] = quad[i].x;
+		corner[count++][1] = quad[i].y;
+	}
+	struct place place;
+	locator_find(input->locator, span->piece, span_point(span, (t0 + t1) / 2), &place);
+	struct strip strip;
+	strip_polygon(input->walker, place.face, (const double(*)[2])corner, count, &strip);
+	strip_add(sum, &strip);
+}
+
+/* Missing fabric is charged part by part, at the part's own largest density (method 3). */
+static void measure_wire(const struct metrics_input *input, const struct wire *wire, struct branch_metrics *branch)
+{
+	const struct field_options *options = &input->field->options;
+	double covered = 0, area = 0;
+	*branch = (struct branch_metrics){.minimum_radius_mm = INFINITY};
+	for (uint32_t s = 0; s < wire->span_count; s++) {
+		const struct span *span = &wire->span[s];
+		branch->length_mm += span_length(span);
+		if (span_is_arc(span) && span->radius < branch->minimum_radius_mm)
+			branch->minimum_radius_mm = span->radius;
+		uint32_t parts = span_cuts(span, arc_step);
+		for (uint32_t i = 0; i < parts; i++) {
+			struct strip strip = {0};
+			strip_of_part(input, span, (double)i / parts, (double)(i + 1) / parts, &strip);
+			double cost = strip_cost(&strip, options->overhang);
+			bool charged = options->overhang == FIELD_OVERHANG_CHARGE && strip.area_mm2 > strip.covered_mm2;
+			branch->energy += cost;
+			branch->energy_without_eta +=
+				cost - options->eta_mpa * (charged ? strip.area_mm2 : strip.covered_mm2);
+			covered += strip.covered_mm2 < strip.area_mm2 ? strip.covered_mm2 : strip.area_mm2;
+			area += strip.area_mm2;
+		}
+	}
+	branch->coverage = area > 0 ? covered / area : 1;
+}
+
+static void sum_up(struct layout_metrics *metrics, const struct branch_set *branches)
+{
+	struct branch_metrics *total = &metrics->total;
+	*total = (struct branch_metrics){.minimum_radius_mm = INFINITY};
+	double covered = 0;
+	for (uint32_t b = 0; b < branches->branch_count; b++) {
+		const struct branch_metrics *branch = &metrics->branch[b];
+		total->length_mm += branch->length_mm;
+		total->energy += branch->energy;
+		total->energy_without_eta += branch->energy_without_eta;
+		covered += branch->coverage * branch->length_mm;
+		if (branch->minimum_radius_mm < total->minimum_radius_mm)
+			total->minimum_radius_mm = branch->minimum_radius_mm;
+	}
+	total->coverage = total->length_mm > 0 ? covered / total->length_mm : 1;
+}
+
+enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *trace, struct arena *arena,
+			       const struct metrics_input *input, struct tw_error *error)
+{
+	uint32_t branches = input->branches->branch_count;
+	*metrics = (struct layout_metrics){.junction_count = input->branches->junction_count,
+					   .seam_crossings = input->wires->seam_crossings};
+	metrics->branch = ARENA_ZEROED(arena, branches, struct branch_metrics);
+	trace->first = ARENA_ARRAY(arena, branches + 1, uint32_t);
+	trace->rest_mm = ARENA_ARRAY(arena, branches, double);
+	if (!metrics->branch || !trace->first || !trace->rest_mm)
+		return tw_fail_memory(error);
+	struct measurer measurer = {.input = input, .metrics = metrics, .trace = trace};
+	trace_all(&measurer);
+	trace->place = ARENA_ARRAY(arena, measurer.places, struct place);
+	metrics->violation = ARENA_ARRAY(arena, measurer.violations, struct violation);
+	if (!trace->place || !metrics->violation)
+		return tw_fail_memory(error);
+	measurer.writing = true;
+	trace_all(&measurer);
+	metrics->violation_count = measurer.violations;
+	measure_rest(input, trace);
+	for (uint32_t b = 0; b < branches; b++)
+		measure_wire(input, &input->wires->wire[b], &metrics->branch[b]);
+	sum_up(metrics, input->branches);
+	return TW_OK;
+}

@@ -1,0 +1,77 @@
+/* The figures of a layout (method 7): energy, elongation, lengths, and where the design rules are broken. */
+#ifndef SOLVER_LAYOUT_METRICS_H
+#define SOLVER_LAYOUT_METRICS_H
+
+#include "solver/field/field.h"
+#include "solver/field/strip.h"
+#include "solver/layout/layout.h"
+#include "solver/layout/wires.h"
+
+enum design_rule {
+	RULE_MINIMUM_RADIUS, /* value: the arc's radius, limit: the smallest allowed, mm */
+	RULE_OFF_PIECE,      /* value: how far the curve leaves its piece, limit: tolerance of the cut, mm */
+};
+
+struct violation {
+	enum design_rule rule;
+	uint32_t branch;
+	uint32_t piece;
+	struct vec2 at; /* where it is worst */
+	double value, limit;
+};
+
+/* Over the frames of one motion, or of all. 0.12 is 12 %. */
+struct elongation {
+	double max;
+	double mean;
+};
+
+struct branch_metrics {
+	double length_mm;
+	double energy;                      /* deformation energy with eta, MPa·mm² */
+	double energy_without_eta;          /* MPa·mm² */
+	double coverage;                    /* share of its strip that lies on fabric */
+	double minimum_radius_mm;           /* INFINITY when it is straight */
+	struct elongation elongation;       /* over all frames of all motions */
+	const struct elongation *by_motion; /* [motion_count]; NULL where not computed */
+};
+
+struct layout_metrics {
+	struct branch_metrics *branch; /* [branch_count] */
+	struct branch_metrics total;   /* elongation: largest of all; mean over frames and branches by length */
+	struct violation *violation;
+	uint32_t violation_count;
+	uint32_t junction_count;
+	uint32_t seam_crossings;
+};
+
+/* A curve as it lies on the mesh: points at every edge that it meets, so that between two of them fabric is one face.
+ */
+struct trace {
+	struct place *place;
+	uint32_t *first; /* [branch_count + 1] */
+	double *rest_mm; /* [branch_count] length of the polyline of places on the pattern */
+};
+
+struct metrics_input {
+	const struct garment *garment;
+	const struct locator *locator;
+	const struct field *field;
+	const struct branch_set *branches;
+	const struct wire_set *wires;
+	const struct wire_rules *rules;
+	struct strip_walker *walker; /* of density + eta */
+};
+
+/* Everything but the elongation, and the trace from which that is measured. TW_ERROR_MEMORY. */
+enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *trace, struct arena *arena,
+			       const struct metrics_input *input, struct tw_error *error) TW_NODISCARD;
+
+/* Streams the motions once and measures the elongation of several layouts, whose metrics are filled in. Errors of the
+ * reader; TW_ERROR_CANCELLED; TW_ERROR_MEMORY. */
+enum tw_status metrics_elongation(struct layout_metrics *const *metrics, const struct trace *const *trace,
+				  const struct branch_set *const *branches, uint32_t layout_count,
+				  const struct layout_input *input, struct arena *arena,
+				  struct tw_error *error) TW_NODISCARD;
+
+#endif
