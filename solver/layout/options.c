@@ -18,6 +18,8 @@ static const struct option rows[] = {
 	 "how far a curve may stray from the tree's path on the mesh; auto chooses from strip width and mesh"},
 	{"seam_clearance_mm", OPTION_NUMBER_OR_AUTO, AT(seam_clearance_mm), "mm", NAN, 0, 1000, NULL,
 	 "distance that curves keep from cut lines that they do not cross; auto is half the strip width"},
+	{"snap_mm", OPTION_NUMBER, AT(snap_mm), "mm", 20, 0, 1000, NULL,
+	 "how far a terminal given as a point may be from the fabric that it is snapped to"},
 	{"elongation", OPTION_FLAG, AT(elongation), NULL, 1, 0, 1, NULL,
 	 "read the motions' frames and report how far the wires are stretched"},
 };

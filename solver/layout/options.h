@@ -17,6 +17,7 @@ struct layout_options {
 	double tolerance_mm;      /* how far a curve may stray from the tree's path; NaN chooses from strip and mesh */
 	double seam_clearance_mm; /* distance that a curve keeps from cut lines that it does not cross; NaN for half the
 				     strip width */
+	double snap_mm;           /* how far a point in space, or on the pattern, may be from the fabric */
 	bool elongation;          /* stream the frames and report the elongation of the curves */
 };
 

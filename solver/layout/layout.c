@@ -1,0 +1,327 @@
+/* The stages of a layout, in their order: place the terminals, build the network, find the tree, smooth it, measure it;
+ * the same for the baseline; then stream the motions once for both, and write the files. */
+#include "solver/layout/layout.h"
+
+#include "solver/layout/result.h"
+
+#include <string.h>
+#include <time.h>
+
+/* Adding a kind of file is one writer and one row here. */
+static const struct writer {
+	const char *name;
+	const char *media_type;
+	void (*write)(const struct layout_result *result, struct text *text);
+} writers[] = {
+	{"layout.json", "application/json", write_layout_json},
+	{"pattern.svg", "image/svg+xml", write_pattern_svg},
+};
+enum { WRITER_COUNT = sizeof writers / sizeof *writers };
+_Static_assert((int)WRITER_COUNT <= (int)LAYOUT_ARTIFACTS_MAX, "more writers than a layout may have artifacts");
+
+struct job {
+	const struct layout_input *input;
+	struct arena *arena;
+	const struct locator *locator;
+	struct outline outline;
+	struct site_set sites;
+	struct strip_fabric fabric;
+	struct strip_walker *walker;
+	struct network network;
+	struct wire_rules rules;
+	struct solved ours, baseline;
+	struct layout_progress progress;
+	double share_from, share_to; /* what the running search is of the whole */
+};
+
+static double now(void)
+{
+	struct timespec time;
+	clock_gettime(CLOCK_MONOTONIC, &time);
+	return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+/* The seconds since *start, which becomes now. */
+static double lap(double *start)
+{
+	double end = now(), seconds = end - *start;
+	*start = end;
+	return seconds;
+}
+
+static void report(struct job *job, const char *stage, double share)
+{
+	job->progress.stage = stage;
+	job->progress.share = share;
+	if (job->input->progress)
+		job->input->progress(job->input->context, &job->progress);
+}
+
+static void report_search(void *context, const struct steiner_progress *search)
+{
+	struct job *job = context;
+	/* Of the baseline's search the outside sees the share alone. */
+	if (!strcmp(job->progress.stage, "tree")) {
+		job->progress.weight = search->weight;
+		job->progress.lower_bound = search->lower_bound;
+	}
+	double solved = search->weight && search->weight != UINT64_MAX
+				? (double)search->lower_bound / (double)search->weight
+				: 0;
+	report(job, job->progress.stage, job->share_from + solved * (job->share_to - job->share_from));
+}
+
+static int search_cancelled(void *context)
+{
+	const struct job *job = context;
+	return job->input->cancelled && job->input->cancelled(job->input->context);
+}
+
+static enum tw_status fail_cancelled(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
+}
+
+static void choose_rules(struct job *job)
+{
+	const struct layout_options *options = &job->input->request->options;
+	double half = job->input->field->options.strip_width_mm / 2;
+	double zigzag = 0.75 * job->network.mean_edge_mm;
+	job->rules = (struct wire_rules){
+		.strip_width_mm = 2 * half,
+		.minimum_radius_mm = isnan(options->minimum_radius_mm) ? half : options->minimum_radius_mm,
+		.tolerance_mm = isnan(options->tolerance_mm) ? (half > zigzag ? half : zigzag) : options->tolerance_mm,
+		.clearance_mm = isnan(options->seam_clearance_mm) ? half : options->seam_clearance_mm,
+	};
+}
+
+static enum tw_status prepare(struct job *job, struct tw_error *error)
+{
+	const struct layout_input *input = job->input;
+	const struct layout_options *options = &input->request->options;
+	enum tw_status status = locator_build(&job->locator, job->arena, input->garment, error);
+	if (!status)
+		status = outline_build(&job->outline, job->arena, input->garment, input->topology, error);
+	if (!status)
+		status = terminals_place(&job->sites, job->arena, input->garment, input->topology, job->locator,
+					 input->request, options->snap_mm, error);
+	if (status)
+		return status;
+	double *value = ARENA_ARRAY(job->arena, input->garment->face_count, double);
+	if (!value)
+		return tw_fail_memory(error);
+	field_value(input->field, NULL, value);
+	status = strip_fabric_build(&job->fabric, job->arena, input->garment, input->topology, value, error);
+	if (!status)
+		status = strip_walker_new(&job->walker, job->arena, &job->fabric, error);
+	if (!status)
+		status = network_build(&job->network, job->arena, input->garment, input->topology, input->field,
+				       &job->sites, job->walker, (enum layout_baseline)options->baseline, error);
+	if (!status)
+		choose_rules(job);
+	return status;
+}
+
+static enum tw_status fail_apart(const struct job *job, const struct steiner_tree *tree, struct tw_error *error)
+{
+	uint32_t terminal[2] = {0, 0};
+	for (uint32_t s = 0; s < job->sites.count; s++) {
+		if (job->network.terminal[s] == tree->terminal_a)
+			terminal[0] = job->sites.site[s].terminal;
+		if (job->network.terminal[s] == tree->terminal_b)
+			terminal[1] = job->sites.site[s].terminal;
+	}
+	char where[64];
+	snprintf(where, sizeof where, "/terminals/%u", terminal[1]);
+	return tw_fail(error, TW_ERROR_INPUT, "terminals-apart", where,
+		       "no wire can join this terminal with terminal %u: edges that are not allowed lie between them",
+		       terminal[0]);
+}
+
+static enum tw_status search(struct job *job, const struct graph *graph, const char *stage, struct steiner_tree *tree,
+			     struct tw_error *error)
+{
+	const struct layout_input *input = job->input;
+	struct steiner_options options = {
+		.time_limit_s = input->request->options.time_limit_s,
+		.memory_limit = input->memory_limit,
+		.threads = input->threads,
+		.progress = report_search,
+		.cancelled = search_cancelled,
+		.context = job,
+	};
+	report(job, stage, job->share_from);
+	enum tw_status status =
+		steiner_solve(graph, job->network.terminal, job->sites.count, &options, job->arena, tree, error);
+	if (status)
+		return status;
+	if (tree->outcome == STEINER_CANCELLED)
+		return fail_cancelled(error);
+	return tree->outcome == STEINER_INFEASIBLE ? fail_apart(job, tree, error) : TW_OK;
+}
+
+/* What a millimetre along each edge costs; NULL where edges have no price of their own. */
+static enum tw_status find_costs(const struct job *job, const double **costs, struct tw_error *error)
+{
+	const struct network *network = &job->network;
+	*costs = NULL;
+	if (job->input->field->options.weight != FIELD_DEFORMATION)
+		return TW_OK;
+	double *cost = ARENA_ARRAY(job->arena, network->graph.edge_count, double);
+	if (!cost)
+		return tw_fail_memory(error);
+	for (uint32_t e = 0; e < network->graph.edge_count; e++) {
+		struct laid_edge laid[2];
+		network_lay(network, e, network->graph.ends[2 * (size_t)e], laid);
+		double length = vec2_distance(laid[0].from, laid[0].to);
+		double energy = (double)network->graph.weight[e] / job->input->field->scale;
+		cost[e] = length > 1e-6 && energy > 0 ? energy / length : 1e-6;
+	}
+	*costs = cost;
+	return TW_OK;
+}
+
+static enum tw_status draw(struct job *job, struct solved *solved, const double *costs, double *seconds_metrics,
+			   struct tw_error *error)
+{
+	enum tw_status status = branches_cut(&solved->branches, job->arena, &job->network, solved->tree.edges,
+					     solved->tree.edge_count, 2 * job->rules.strip_width_mm, error);
+	if (!status)
+		status = wires_smooth(&solved->wires, job->arena, &job->network, &solved->branches, &job->outline,
+				      job->locator, &job->rules, costs, error);
+	if (status)
+		return status;
+	struct metrics_input input = {
+		.garment = job->input->garment,
+		.locator = job->locator,
+		.field = job->input->field,
+		.branches = &solved->branches,
+		.wires = &solved->wires,
+		.rules = &job->rules,
+		.walker = job->walker,
+	};
+	double start = now();
+	status = metrics_measure(&solved->metrics, &solved->trace, job->arena, &input, error);
+	*seconds_metrics += now() - start;
+	return status;
+}
+
+static enum tw_status solve(struct job *job, struct layout_summary *summary, struct tw_error *error)
+{
+	double start = now();
+	bool compare = job->network.baseline != NULL;
+	job->share_from = 0.02, job->share_to = compare ? 0.5 : 0.8;
+	enum tw_status status = search(job, &job->network.graph, "tree", &job->ours.tree, error);
+	summary->seconds_tree = lap(&start);
+	if (status)
+		return status;
+	if (compare) {
+		/* The baseline's graph is the same one with other weights. */
+		struct graph graph = job->network.graph;
+		uint64_t *weight = ARENA_ARRAY(job->arena, graph.edge_count, uint64_t);
+		if (!weight)
+			return tw_fail_memory(error);
+		memcpy(weight, job->network.baseline, graph.edge_count * sizeof *weight);
+		graph.weight = weight;
+		job->share_from = 0.5, job->share_to = 0.8;
+		status = search(job, &graph, "baseline", &job->baseline.tree, error);
+		summary->seconds_baseline = lap(&start);
+	}
+	const double *costs = NULL;
+	report(job, "curves", 0.8);
+	if (!status)
+		status = find_costs(job, &costs, error);
+	if (!status)
+		status = draw(job, &job->ours, costs, &summary->seconds_metrics, error);
+	if (!status && compare)
+		status = draw(job, &job->baseline, NULL, &summary->seconds_metrics, error);
+	summary->seconds_curves = lap(&start) - summary->seconds_metrics;
+	return status;
+}
+
+static enum tw_status stretch(struct job *job, struct tw_error *error)
+{
+	struct layout_metrics *metrics[2] = {&job->ours.metrics, &job->baseline.metrics};
+	const struct trace *trace[2] = {&job->ours.trace, &job->baseline.trace};
+	const struct branch_set *branches[2] = {&job->ours.branches, &job->baseline.branches};
+	report(job, "elongation", 0.85);
+	return metrics_elongation(metrics, trace, branches, job->network.baseline ? 2 : 1, job->input, job->arena,
+				  error);
+}
+
+static enum tw_status write_artifacts(const struct layout_result *result, struct arena *arena,
+				      struct layout_output *output, struct tw_error *error)
+{
+	for (size_t w = 0; w < WRITER_COUNT; w++) {
+		struct text text = {0};
+		struct layout_artifact *artifact = &output->artifacts[w];
+		writers[w].write(result, &text);
+		artifact->name = writers[w].name;
+		artifact->media_type = writers[w].media_type;
+		enum tw_status status = text_take(&text, arena, &artifact->bytes, &artifact->size, error);
+		if (status)
+			return status;
+	}
+	output->artifact_count = WRITER_COUNT;
+	return TW_OK;
+}
+
+static void summarise(const struct job *job, const struct layout_result *result, struct layout_summary *summary)
+{
+	const struct branch_metrics *ours = &job->ours.metrics.total, *other = &job->baseline.metrics.total;
+	bool compare = result->baseline != NULL;
+	summary->outcome = job->ours.tree.outcome;
+	summary->terminal_count = job->sites.count;
+	summary->weight = job->ours.tree.weight;
+	summary->lower_bound = job->ours.tree.lower_bound;
+	summary->energy = ours->energy;
+	summary->baseline_energy = compare ? other->energy : NAN;
+	summary->length_mm = ours->length_mm;
+	summary->baseline_length_mm = compare ? other->length_mm : NAN;
+	bool stretched = result->has_elongation;
+	summary->elongation_max = stretched ? ours->elongation.max : NAN;
+	summary->elongation_mean = stretched ? ours->elongation.mean : NAN;
+	summary->baseline_elongation_max = stretched && compare ? other->elongation.max : NAN;
+	summary->baseline_elongation_mean = stretched && compare ? other->elongation.mean : NAN;
+	summary->junction_count = job->ours.metrics.junction_count;
+	summary->violation_count = job->ours.metrics.violation_count;
+	summary->steiner = job->ours.tree.stats;
+}
+
+enum tw_status layout_compute(const struct layout_input *input, struct arena *arena, struct layout_output *output,
+			      struct tw_error *error)
+{
+	struct job job = {.input = input, .arena = arena, .progress = {.weight = UINT64_MAX}};
+	struct layout_summary *summary = &output->summary;
+	double begin = now(), start = begin;
+	*output = (struct layout_output){0};
+	report(&job, "terminals", 0);
+	enum tw_status status = prepare(&job, error);
+	summary->seconds_terminals = lap(&start);
+	if (!status)
+		status = solve(&job, summary, error);
+	bool has_elongation = input->motion_count > 0 && input->request->options.elongation;
+	start = now();
+	if (!status && has_elongation)
+		status = stretch(&job, error);
+	summary->seconds_elongation = lap(&start);
+	if (status)
+		return status;
+	report(&job, "artifacts", 0.97);
+	struct layout_result result = {
+		.input = input,
+		.outline = &job.outline,
+		.locator = job.locator,
+		.sites = &job.sites,
+		.network = &job.network,
+		.rules = &job.rules,
+		.ours = &job.ours,
+		.baseline = job.network.baseline ? &job.baseline : NULL,
+		.has_elongation = has_elongation,
+	};
+	status = write_artifacts(&result, arena, output, error);
+	summarise(&job, &result, summary);
+	summary->seconds_artifacts = lap(&start);
+	summary->seconds_total = start - begin;
+	return status;
+}

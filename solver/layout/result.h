@@ -1,0 +1,36 @@
+/* A finished layout as its writers see it. Adding a kind of file is one function and one row in layout.c. */
+#ifndef SOLVER_LAYOUT_RESULT_H
+#define SOLVER_LAYOUT_RESULT_H
+
+#include "solver/layout/metrics.h"
+#include "solver/text.h"
+
+/* A tree with all that follows from it. */
+struct solved {
+	struct steiner_tree tree;
+	struct branch_set branches;
+	struct wire_set wires;
+	struct trace trace;
+	struct layout_metrics metrics;
+};
+
+struct layout_result {
+	const struct layout_input *input;
+	const struct outline *outline;
+	const struct locator *locator;
+	const struct site_set *sites;
+	const struct network *network;
+	const struct wire_rules *rules;
+	const struct solved *ours;
+	const struct solved *baseline; /* NULL without one */
+	bool has_elongation;
+};
+
+/* Writers: the text's own failure is the only one. */
+void write_layout_json(const struct layout_result *result, struct text *text);
+void write_pattern_svg(const struct layout_result *result, struct text *text);
+
+/* The name that a result calls a terminal: its own, or "T1", "T2", … by its index. `buffer` has at least 16 bytes. */
+const char *terminal_name(const struct layout_request *request, uint32_t terminal, char *buffer);
+
+#endif

@@ -1,0 +1,293 @@
+/* layout.json. Lengths are millimetres with 0.1 µm, energies MPa·mm²; weights are decimal strings, because they have up
+ * to 60 bits, which many JSON readers round. Short lists stand on one line. */
+#include "solver/layout/result.h"
+
+#include <stdlib.h>
+
+enum { MM_DECIMALS = 4, ENERGY_DECIMALS = 6, SHARE_DECIMALS = 8 };
+
+static void add_point(struct text *text, struct vec2 point)
+{
+	text_add(text, "[");
+	text_number(text, point.x, MM_DECIMALS);
+	text_add(text, ",");
+	text_number(text, point.y, MM_DECIMALS);
+	text_add(text, "]");
+}
+
+static void add_point3(struct text *text, const double point[3])
+{
+	for (int i = 0; i < 3; i++) {
+		text_add(text, i ? "," : "[");
+		text_number(text, point[i], MM_DECIMALS);
+	}
+	text_add(text, "]");
+}
+
+/* "key":value, with a comma before it. */
+static void add_number(struct text *text, const char *key, double value, int decimals)
+{
+	text_format(text, ",\"%s\":", key);
+	text_number(text, value, decimals);
+}
+
+static void add_options(struct text *text, const struct option_table *table, const void *values)
+{
+	json_t *object = option_to_json(table, values);
+	/* 12 digits name every option as it was given and drop the noise of binary fractions. */
+	char *dump = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(12)) : NULL;
+	if (dump)
+		text_add(text, dump);
+	else
+		text->failed = true;
+	free(dump);
+	json_decref(object);
+}
+
+const char *terminal_name(const struct layout_request *request, uint32_t terminal, char *buffer)
+{
+	if (request->terminals[terminal].name)
+		return request->terminals[terminal].name;
+	snprintf(buffer, 16, "T%u", terminal + 1);
+	return buffer;
+}
+
+static void add_site(const struct layout_result *result, uint32_t terminal, struct text *text)
+{
+	const struct garment *garment = result->input->garment;
+	const struct site *site = &result->sites->site[result->sites->site_of[terminal]];
+	char buffer[16];
+	double point[3];
+	place_on_worn(garment, &site->place, point);
+	text_add(text, "\n    {\"name\":");
+	text_json(text, terminal_name(result->input->request, terminal, buffer));
+	if (site->kind == SITE_VERTEX)
+		text_format(text, ",\"vertex\":%u", site->vertex);
+	text_format(text, ",\"face\":%u,\"barycentric\":[", site->place.face);
+	for (int k = 0; k < 3; k++) {
+		text_add(text, k ? "," : "");
+		text_number(text, site->place.barycentric[k], SHARE_DECIMALS);
+	}
+	text_add(text, "],\"piece\":");
+	text_json(text, garment->piece_name[garment->face_piece[site->place.face]]);
+	text_add(text, ",\"uv_mm\":");
+	add_point(text, place_on_pattern(garment, &site->place));
+	text_add(text, ",\"point_mm\":");
+	add_point3(text, point);
+	if (site->place.distance > 0)
+		add_number(text, "snapped_mm", site->place.distance, MM_DECIMALS);
+	if (site->terminal != terminal)
+		text_format(text, ",\"merged_with\":%u", site->terminal);
+	text_add(text, "}");
+}
+
+static void add_terminals(const struct layout_result *result, struct text *text)
+{
+	text_add(text, ",\n  \"terminals\":[");
+	for (uint32_t i = 0; i < result->input->request->terminal_count; i++) {
+		text_add(text, i ? "," : "");
+		add_site(result, i, text);
+	}
+	text_add(text, "\n  ]");
+}
+
+static void add_elongation(struct text *text, const struct elongation *elongation)
+{
+	text_add(text, "{\"max\":");
+	text_number(text, elongation->max, SHARE_DECIMALS);
+	add_number(text, "mean", elongation->mean, SHARE_DECIMALS);
+	text_add(text, "}");
+}
+
+static void add_branch_figures(const struct layout_result *result, const struct branch_metrics *figures,
+			       struct text *text)
+{
+	text_add(text, "\"length_mm\":");
+	text_number(text, figures->length_mm, MM_DECIMALS);
+	add_number(text, "energy_mpa_mm2", figures->energy, ENERGY_DECIMALS);
+	add_number(text, "energy_without_eta_mpa_mm2", figures->energy_without_eta, ENERGY_DECIMALS);
+	add_number(text, "minimum_radius_mm", figures->minimum_radius_mm, MM_DECIMALS);
+	add_number(text, "coverage", figures->coverage, 6);
+	if (!result->has_elongation)
+		return;
+	text_add(text, ",\"elongation\":");
+	add_elongation(text, &figures->elongation);
+	text_add(text, ",\"elongation_by_motion\":[");
+	for (uint32_t m = 0; m < result->input->motion_count; m++) {
+		text_add(text, m ? "," : "");
+		add_elongation(text, &figures->by_motion[m]);
+	}
+	text_add(text, "]");
+}
+
+static void add_span(const struct layout_result *result, const struct span *span, struct text *text)
+{
+	text_add(text, "\n        {\"piece\":");
+	text_json(text, result->input->garment->piece_name[span->piece]);
+	text_format(text, ",\"type\":\"%s\",\"from_mm\":", span_is_arc(span) ? "arc" : "line");
+	add_point(text, span->from);
+	text_add(text, ",\"to_mm\":");
+	add_point(text, span->to);
+	if (span_is_arc(span)) {
+		text_add(text, ",\"centre_mm\":");
+		add_point(text, span->centre);
+		add_number(text, "radius_mm", span->radius, MM_DECIMALS);
+		add_number(text, "turn_rad", span->turn, SHARE_DECIMALS);
+	}
+	text_add(text, "}");
+}
+
+static void add_branch_end(const struct solved *solved, uint32_t end, const struct layout_result *result,
+			   struct text *text)
+{
+	uint32_t site = solved->branches.end[end].site;
+	if (site == GARMENT_NONE)
+		text_format(text, "{\"junction\":%u}", end - result->sites->count);
+	else
+		text_format(text, "{\"terminal\":%u}", result->sites->site[site].terminal);
+}
+
+static void add_branch(const struct layout_result *result, const struct solved *solved, uint32_t index,
+		       struct text *text)
+{
+	const struct branch *branch = &solved->branches.branch[index];
+	const struct wire *wire = &solved->wires.wire[index];
+	text_add(text, "\n      {\"from\":");
+	add_branch_end(solved, branch->end[0], result, text);
+	text_add(text, ",\"to\":");
+	add_branch_end(solved, branch->end[1], result, text);
+	text_add(text, ",");
+	add_branch_figures(result, &solved->metrics.branch[index], text);
+	/* Nodes that are no vertices are terminals inside a face: the ends of a branch. */
+	text_add(text, ",\n       \"tree_vertices\":[");
+	for (uint32_t i = 0, written = 0; i <= branch->edge_count; i++)
+		if (branch->node[i] < result->input->garment->vertex_count)
+			text_format(text, "%s%u", written++ ? "," : "", branch->node[i]);
+	text_add(text, "],\n       \"spans\":[");
+	for (uint32_t s = 0; s < wire->span_count; s++) {
+		text_add(text, s ? "," : "");
+		add_span(result, &wire->span[s], text);
+	}
+	text_add(text, "]}");
+}
+
+static void add_junctions(const struct layout_result *result, const struct solved *solved, struct text *text)
+{
+	text_add(text, ",\n    \"junctions\":[");
+	for (uint32_t e = result->sites->count; e < solved->branches.end_count; e++) {
+		const struct wire_end *end = &solved->wires.end[e];
+		struct place place;
+		double point[3];
+		locator_find(result->locator, end->piece, end->at, &place);
+		place_on_worn(result->input->garment, &place, point);
+		text_format(text, "%s\n      {\"piece\":", e > result->sites->count ? "," : "");
+		text_json(text, result->input->garment->piece_name[end->piece]);
+		text_add(text, ",\"uv_mm\":");
+		add_point(text, end->at);
+		text_add(text, ",\"point_mm\":");
+		add_point3(text, point);
+		text_format(text, ",\"branches\":%u}", solved->branches.end[e].degree);
+	}
+	text_add(text, "]");
+}
+
+static void add_violations(const struct layout_result *result, const struct solved *solved, struct text *text)
+{
+	static const char *const rules[] = {"minimum_radius", "off_piece"};
+	text_add(text, ",\n    \"violations\":[");
+	for (uint32_t i = 0; i < solved->metrics.violation_count; i++) {
+		const struct violation *violation = &solved->metrics.violation[i];
+		text_format(text, "%s\n      {\"rule\":\"%s\",\"branch\":%u,\"piece\":", i ? "," : "",
+			    rules[violation->rule], violation->branch);
+		text_json(text, result->input->garment->piece_name[violation->piece]);
+		text_add(text, ",\"at_mm\":");
+		add_point(text, violation->at);
+		add_number(text, "value_mm", violation->value, MM_DECIMALS);
+		add_number(text, "limit_mm", violation->limit, MM_DECIMALS);
+		text_add(text, "}");
+	}
+	text_add(text, "]");
+}
+
+static void add_tree(const struct solved *solved, double scale, struct text *text)
+{
+	const struct steiner_tree *tree = &solved->tree;
+	double gap = tree->weight > 0 ? (double)(tree->weight - tree->lower_bound) / (double)tree->weight : 0;
+	text_format(text, "\"outcome\":\"%s\",\"weight\":\"%llu\",\"lower_bound\":\"%llu\"",
+		    tree->outcome == STEINER_OPTIMAL ? "optimal" : "limit", (unsigned long long)tree->weight,
+		    (unsigned long long)tree->lower_bound);
+	add_number(text, "gap", gap, 9);
+	add_number(text, "weight_scale", scale, 0);
+	add_number(text, "tree_cost", (double)tree->weight / scale, ENERGY_DECIMALS);
+}
+
+static void add_solved(const struct layout_result *result, const struct solved *solved, double scale, struct text *text)
+{
+	const struct layout_metrics *metrics = &solved->metrics;
+	text_add(text, "{\n    ");
+	add_tree(solved, scale, text);
+	text_add(text, ",\n    \"metrics\":{");
+	add_branch_figures(result, &metrics->total, text);
+	text_format(text, ",\"branches\":%u,\"junctions\":%u,\"seam_crossings\":%u,\"violations\":%u}",
+		    solved->branches.branch_count, metrics->junction_count, metrics->seam_crossings,
+		    metrics->violation_count);
+	add_junctions(result, solved, text);
+	text_add(text, ",\n    \"branches\":[");
+	for (uint32_t b = 0; b < solved->branches.branch_count; b++) {
+		text_add(text, b ? "," : "");
+		add_branch(result, solved, b, text);
+	}
+	text_add(text, "]");
+	add_violations(result, solved, text);
+	text_add(text, "\n  }");
+}
+
+/* How much less ours has than the baseline, in per cent of the baseline. */
+static void add_reduction(struct text *text, const char *key, double ours, double baseline, bool first)
+{
+	text_format(text, "%s\"%s\":", first ? "" : ",", key);
+	text_number(text, baseline > 0 ? 100 * (1 - ours / baseline) : NAN, 4);
+}
+
+static void add_baseline(const struct layout_result *result, struct text *text)
+{
+	const struct branch_metrics *ours = &result->ours->metrics.total, *other = &result->baseline->metrics.total;
+	text_add(text, ",\n  \"baseline\":");
+	add_solved(result, result->baseline, result->network->baseline_scale, text);
+	text_add(text, ",\n  \"reduction_percent\":{");
+	add_reduction(text, "energy", ours->energy, other->energy, true);
+	add_reduction(text, "energy_without_eta", ours->energy_without_eta, other->energy_without_eta, false);
+	add_reduction(text, "length", ours->length_mm, other->length_mm, false);
+	if (result->has_elongation) {
+		add_reduction(text, "elongation_max", ours->elongation.max, other->elongation.max, false);
+		add_reduction(text, "elongation_mean", ours->elongation.mean, other->elongation.mean, false);
+	}
+	text_add(text, "}");
+}
+
+void write_layout_json(const struct layout_result *result, struct text *text)
+{
+	const struct layout_input *input = result->input;
+	text_add(text, "{\n  \"format\":\"tightwire-layout\",\"version\":1,\n  \"options\":");
+	add_options(text, &layout_option_table, &input->request->options);
+	text_add(text, ",\n  \"field\":");
+	add_options(text, &field_option_table, &input->field->options);
+	text_format(text, ",\n  \"garment\":{\"vertices\":%u,\"faces\":%u,\"pieces\":%u}", input->garment->vertex_count,
+		    input->garment->face_count, input->garment->piece_count);
+	text_add(text, ",\n  \"rules\":{\"minimum_radius_mm\":");
+	text_number(text, result->rules->minimum_radius_mm, MM_DECIMALS);
+	add_number(text, "tolerance_mm", result->rules->tolerance_mm, MM_DECIMALS);
+	add_number(text, "seam_clearance_mm", result->rules->clearance_mm, MM_DECIMALS);
+	text_add(text, "},\n  \"motions\":[");
+	for (uint32_t m = 0; result->has_elongation && m < input->motion_count; m++) {
+		text_add(text, m ? "," : "");
+		text_json(text, input->motion_name[m]);
+	}
+	text_add(text, "]");
+	add_terminals(result, text);
+	text_add(text, ",\n  \"layout\":");
+	add_solved(result, result->ours, input->field->scale, text);
+	if (result->baseline)
+		add_baseline(result, text);
+	text_add(text, "\n}\n");
+}

@@ -1,0 +1,135 @@
+#include "solver/text.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Room for `more` bytes and a NUL. */
+static bool reserve(struct text *text, size_t more)
+{
+	if (text->failed)
+		return false;
+	size_t need;
+	if (__builtin_add_overflow(text->size, more, &need) || need >= SIZE_MAX / 2) {
+		text->failed = true;
+		return false;
+	}
+	if (need < text->capacity)
+		return true;
+	size_t capacity = text->capacity ? 2 * text->capacity : 4096;
+	while (capacity <= need)
+		capacity *= 2;
+	char *bytes = realloc(text->bytes, capacity);
+	if (!bytes) {
+		text->failed = true;
+		return false;
+	}
+	text->bytes = bytes;
+	text->capacity = capacity;
+	return true;
+}
+
+static void add_bytes(struct text *text, const char *bytes, size_t size)
+{
+	if (!reserve(text, size))
+		return;
+	memcpy(text->bytes + text->size, bytes, size);
+	text->size += size;
+	text->bytes[text->size] = 0;
+}
+
+void text_add(struct text *text, const char *string)
+{
+	add_bytes(text, string, strlen(string));
+}
+
+void text_format(struct text *text, const char *format, ...)
+{
+	va_list arguments, again;
+	va_start(arguments, format);
+	va_copy(again, arguments);
+	int length = vsnprintf(NULL, 0, format, arguments);
+	va_end(arguments);
+	if (length < 0)
+		text->failed = true;
+	else if (reserve(text, (size_t)length + 1)) {
+		vsnprintf(text->bytes + text->size, (size_t)length + 1, format, again);
+		text->size += (size_t)length;
+	}
+	va_end(again);
+}
+
+void text_number(struct text *text, double value, int decimals)
+{
+	if (!isfinite(value)) {
+		text_add(text, "null");
+		return;
+	}
+	char digits[400];
+	snprintf(digits, sizeof digits, "%.*f", decimals, value);
+	size_t length = strlen(digits);
+	if (strchr(digits, '.')) {
+		while (digits[length - 1] == '0')
+			length--;
+		length -= digits[length - 1] == '.';
+	}
+	digits[length] = 0;
+	text_add(text, !strcmp(digits, "-0") ? "0" : digits);
+}
+
+void text_json(struct text *text, const char *string)
+{
+	text_add(text, "\"");
+	for (const char *c = string; *c; c++) {
+		if (*c == '"' || *c == '\\')
+			text_format(text, "\\%c", *c);
+		else if ((unsigned char)*c < 0x20)
+			text_format(text, "\\u%04x", (unsigned)(unsigned char)*c);
+		else
+			add_bytes(text, c, 1);
+	}
+	text_add(text, "\"");
+}
+
+void text_xml(struct text *text, const char *string)
+{
+	for (const char *c = string; *c; c++) {
+		/* U+FFFE and U+FFFF are no XML characters, in UTF-8 EF BF BE and EF BF BF. */
+		if (!strncmp(c, "\xef\xbf\xbe", 3) || !strncmp(c, "\xef\xbf\xbf", 3)) {
+			add_bytes(text, "\xef\xbf\xbd", 3);
+			c += 2;
+		} else if (*c == '<') {
+			text_add(text, "&lt;");
+		} else if (*c == '>') {
+			text_add(text, "&gt;");
+		} else if (*c == '&') {
+			text_add(text, "&amp;");
+		} else if (*c == '"') {
+			text_add(text, "&quot;");
+		} else if (*c == '\'') {
+			text_add(text, "&#39;");
+		} else {
+			add_bytes(text, (unsigned char)*c < 0x20 ? " " : c, 1);
+		}
+	}
+}
+
+enum tw_status text_take(struct text *text, struct arena *arena, const char **bytes, size_t *size,
+			 struct tw_error *error)
+{
+	char *copy = text->failed ? NULL : arena_array(arena, text->size + 1, 1);
+	if (copy) {
+		memcpy(copy, text->size ? text->bytes : "", text->size);
+		copy[text->size] = 0;
+		*bytes = copy;
+		*size = text->size;
+	}
+	text_clear(text);
+	return copy ? TW_OK : tw_fail_memory(error);
+}
+
+void text_clear(struct text *text)
+{
+	free(text->bytes);
+	*text = (struct text){0};
+}
