@@ -117,18 +117,19 @@ static void strip_of_part(const struct metrics_input *input, const struct span *
 {
 	struct vec2 quad[4];
 	span_strip(span, t0, t1, input->field->options.strip_width_mm, quad);
-	double corner[4][2];
+	double corner[8];
 	uint32_t count = 0;
 	for (uint32_t i = 0; i < 4; i++) {
 		if (i && vec2_distance(quad[i], quad[i - 1]) < 1e-12)
 			continue;
-		corner[count][0] = quad[i].x;
-		corner[count++][1] = quad[i].y;
+		corner[2 * count] = quad[i].x;
+		corner[2 * count + 1] = quad[i].y;
+		count++;
 	}
 	struct place place;
 	locator_find(input->locator, span->piece, span_point(span, (t0 + t1) / 2), &place);
 	struct strip strip;
-	strip_polygon(input->walker, place.face, (const double(*)[2])corner, count, &strip);
+	strip_polygon(input->walker, place.face, corner, count, &strip);
 	strip_add(sum, &strip);
 }
 
