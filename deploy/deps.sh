@@ -41,7 +41,7 @@ test)
 	command -v node >/dev/null || apt_install nodejs
 	command -v npm >/dev/null || apt_install npm
 	if [ ! -d tests/http/node_modules ] || [ tests/http/package-lock.json -nt tests/http/node_modules/.package-lock.json ]; then
-		npm --prefix tests/http ci --no-audit --no-fund --loglevel=error
+		npm --prefix tests/http ci --omit=optional --no-audit --no-fund --loglevel=error
 	fi
 	;;
 *)
