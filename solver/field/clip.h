@@ -25,7 +25,7 @@ struct convex {
 	double x[CONVEX_CORNERS], y[CONVEX_CORNERS];
 };
 
-/* The parameters at which a side crosses a slab: entering and leaving. */
+/* The part of a side within a shape, as parameters: entering and leaving. */
 struct span {
 	double in, out;
 };
@@ -40,35 +40,46 @@ static inline double clip_high(double a, double b)
 	return a > b ? a : b;
 }
 
-/* p + t d within [low, high]. A side that runs along the slab is as good as one that crosses it very slowly. */
-static inline struct span slab_span(double p, double d, double low, double high)
-{
-	double inverse = 1 / (d == 0 ? 1e-100 : d);
-	double a = (low - p) * inverse, b = (high - p) * inverse;
-	return (struct span){clip_low(a, b), clip_high(a, b)};
-}
+/* The three sides of a triangle side by side, and a fourth lane that only fills the vector. */
+typedef double four __attribute__((vector_size(32)));
+typedef int64_t four_mask __attribute__((vector_size(32)));
 
-/* A side against the box: its share of the area, and its part within. */
-struct box_side {
-	double area;
-	struct span inside; /* positive length when in < out */
+#define FOUR_PICK(mask, a, b) ((four)(((mask) & (four_mask)(a)) | (~(mask) & (four_mask)(b))))
+#define FOUR_LOW(a, b) FOUR_PICK((a) < (b), a, b)
+#define FOUR_HIGH(a, b) FOUR_PICK((a) > (b), a, b)
+
+struct sides {
+	four share;  /* of the area, with its sign */
+	four inside; /* length of the part within, as a share of the side; 0 when outside */
+	four middle; /* parameter of that part's middle */
 };
 
-static inline struct box_side box_clip_side(const struct box *box, double px, double py, double qx, double qy)
+/* Corners x, y; a side that runs along a slab is as good as one that crosses it very slowly: 1e-100 for 0. */
+static inline __attribute__((always_inline)) void box_clip_sides(const struct box *box, const four *x, const four *y,
+								 struct sides *sides)
 {
-	double dx = qx - px, dy = qy - py;
-	struct span along = slab_span(px, dx, 0, box->length);
-	struct span across = slab_span(py, dy, box->low, box->high);
-	double begin = clip_high(along.in, 0), end = clip_low(along.out, 1);
-	end = clip_high(begin, end);
-	double in = clip_low(clip_high(across.in, begin), end), out = clip_low(clip_high(across.out, begin), end);
-	double before = dy < 0 ? box->high : box->low, behind = dy < 0 ? box->low : box->high;
-	double middle = py + 0.5 * dy * (in + out);
-	double mean = before * (in - begin) + middle * (out - in) + behind * (end - out);
-	return (struct box_side){-dx * mean, {in, out}};
+	const four zero = {0}, one = {1, 1, 1, 1}, crawl = {1e-100, 1e-100, 1e-100, 1e-100};
+	const four length = zero + box->length, low = zero + box->low, high = zero + box->high;
+	const four px = *x, py = *y;
+	const four dx = __builtin_shufflevector(px, px, 1, 2, 0, 0) - px;
+	const four dy = __builtin_shufflevector(py, py, 1, 2, 0, 0) - py;
+	const four_mask back = dx < zero, down = dy < zero;
+	const four enter = FOUR_PICK(back, length, zero), leave = FOUR_PICK(back, zero, length);
+	const four before = FOUR_PICK(down, high, low), behind = FOUR_PICK(down, low, high);
+	const four per_dx = one / FOUR_PICK(dx == zero, crawl, dx), per_dy = one / FOUR_PICK(dy == zero, crawl, dy);
+	const four entering = (enter - px) * per_dx, leaving = (leave - px) * per_dx;
+	const four rising = (before - py) * per_dy, passing = (behind - py) * per_dy;
+	const four begin = FOUR_HIGH(entering, zero);
+	const four cut = FOUR_LOW(leaving, one), end = FOUR_HIGH(cut, begin);
+	const four risen = FOUR_HIGH(rising, begin), in = FOUR_LOW(risen, end);
+	const four passed = FOUR_HIGH(passing, begin), out = FOUR_LOW(passed, end);
+	const four half = (in + out) * 0.5;
+	sides->share = -dx * (before * (in - begin) + (py + dy * half) * (out - in) + behind * (end - out));
+	sides->inside = out - in;
+	sides->middle = half;
 }
 
-/* The part of a segment within the polygon, as parameters (Cyrus and Beck 1978). */
+/* The part of a segment within the polygon (Cyrus and Beck 1978). */
 static inline struct span convex_clip_side(const struct convex *shape, double px, double py, double qx, double qy)
 {
 	struct span span = {0, 1};

@@ -7,6 +7,7 @@
 #include "solver/field/strip.h"
 
 #include "solver/field/clip.h"
+#include "solver/field/clones.h"
 
 #include <assert.h>
 #include <math.h>
@@ -20,9 +21,9 @@ enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
 
 /* Exactly a cache line. */
 struct strip_face {
-	double u[3][2];   /* pattern position of the corners, mm */
-	uint32_t next[3]; /* the face across each side, GARMENT_NONE at a hem */
-	uint32_t link;    /* LINK_BITS for each side: the neighbour's side, and whether a seam is between */
+	double u[3], v[3]; /* pattern position of the corners, mm */
+	uint32_t next[3];  /* the face across each side, GARMENT_NONE at a hem */
+	uint32_t link;     /* LINK_BITS for each side: the neighbour's side, and whether a seam is between */
 };
 
 struct placement {
@@ -71,9 +72,11 @@ enum tw_status strip_fabric_build(struct strip_fabric *fabric, struct arena *are
 	*fabric = (struct strip_fabric){garment, topology, value, face};
 	for (size_t f = 0; f < garment->face_count; f++) {
 		face[f] = (struct strip_face){.next = {GARMENT_NONE, GARMENT_NONE, GARMENT_NONE}};
-		for (size_t k = 0; k < 3; k++)
-			memcpy(face[f].u[k], garment->pattern + 2 * (size_t)garment->face_coord[3 * f + k],
-			       sizeof face[f].u[k]);
+		for (size_t k = 0; k < 3; k++) {
+			const double *at = garment->pattern + 2 * (size_t)garment->face_coord[3 * f + k];
+			face[f].u[k] = at[0];
+			face[f].v[k] = at[1];
+		}
 	}
 	for (size_t e = 0; e < topology->edge_count; e++) {
 		uint32_t f = topology->edge_face[2 * e], g = topology->edge_face[2 * e + 1];
@@ -115,31 +118,39 @@ static void begin_turn(struct strip_walker *walker)
 	walker->crossing_count = 0;
 }
 
-/* Lays the neighbour's side against ours, midpoint on midpoint, running the other way. */
-static struct placement place_across(const struct strip_face *neighbour, uint32_t side, double px, double py, double qx,
-				     double qy)
+/* A side of a face in its pattern, from a to b. */
+struct side {
+	double a[2], b[2];
+};
+
+static struct side face_side(const struct strip_face *face, uint32_t side)
 {
-	const double *a = neighbour->u[side], *b = neighbour->u[side == 2 ? 0 : side + 1];
-	double tx = px - qx, ty = py - qy, nx = b[0] - a[0], ny = b[1] - a[1];
+	uint32_t end = side == 2 ? 0 : side + 1;
+	return (struct side){{face->u[side], face->v[side]}, {face->u[end], face->v[end]}};
+}
+
+/* Lays the neighbour's side against ours from p to q, midpoint on midpoint, running the other way. */
+static struct placement place_across(const struct side *next, double px, double py, double qx, double qy)
+{
+	double tx = px - qx, ty = py - qy, nx = next->b[0] - next->a[0], ny = next->b[1] - next->a[1];
 	double scale = 1 / sqrt((tx * tx + ty * ty) * (nx * nx + ny * ny));
 	double c = (tx * nx + ty * ny) * scale, s = (ty * nx - tx * ny) * scale;
-	double mx = 0.5 * (a[0] + b[0]), my = 0.5 * (a[1] + b[1]);
+	double mx = 0.5 * (next->a[0] + next->b[0]), my = 0.5 * (next->a[1] + next->b[1]);
 	return (struct placement){c, s, 0.5 * (px + qx) - (c * mx - s * my), 0.5 * (py + qy) - (s * mx + c * my)};
 }
 
-static void await_crossing(struct strip_walker *walker, const struct shape *shape, uint32_t face, uint32_t side,
-			   const double x[3], const double y[3], struct span inside)
+static void await_crossing(struct strip_walker *walker, const struct shape *shape, uint32_t face, uint32_t k,
+			   const four *x, const four *y, double t)
 {
 	const struct strip_face *from = &walker->fabric->face[face];
-	uint32_t next = from->next[side], next_side = from->link >> (LINK_BITS * side) & LINK_SIDE;
-	uint32_t end = side == 2 ? 0 : side + 1;
-	double t = 0.5 * (inside.in + inside.out);
-	double dx = x[side] + t * (x[end] - x[side]) - shape->middle[0];
-	double dy = y[side] + t * (y[end] - y[side]) - shape->middle[1];
+	uint32_t next = from->next[k], l = k == 2 ? 0 : k + 1;
+	double px = (*x)[k], py = (*y)[k], qx = (*x)[l], qy = (*y)[l];
+	double dx = px + t * (qx - px) - shape->middle[0], dy = py + t * (qy - py) - shape->middle[1];
+	struct side side = face_side(&walker->fabric->face[next], from->link >> (LINK_BITS * k) & LINK_SIDE);
 	walker->crossing[walker->crossing_count++] = (struct crossing){
 		.face = next,
 		.distance = dx * dx + dy * dy,
-		.placement = place_across(&walker->fabric->face[next], next_side, x[side], y[side], x[end], y[end]),
+		.placement = place_across(&side, px, py, qx, qy),
 	};
 }
 
@@ -153,25 +164,41 @@ static void account(struct strip *strip, double area, double value, double strip
 }
 
 /* The part of a face within the shape: its area, and what of each side lies within. */
-static inline double clip_face(const struct shape *shape, const double x[3], const double y[3], struct span inside[3])
+static inline __attribute__((always_inline)) double clip_face(const struct shape *shape, const four *x, const four *y,
+							      struct sides *sides)
 {
-	double area = 0;
-	for (uint32_t k = 0; k < 3; k++) {
-		uint32_t l = k == 2 ? 0 : k + 1;
-		if (shape->is_box) {
-			struct box_side side = box_clip_side(&shape->box, x[k], y[k], x[l], y[l]);
-			area += side.area;
-			inside[k] = side.inside;
-		} else {
-			inside[k] = convex_clip_side(&shape->convex, x[k], y[k], x[l], y[l]);
-		}
+	if (shape->is_box) {
+		box_clip_sides(&shape->box, x, y, sides);
+		return sides->share[0] + sides->share[1] + sides->share[2];
 	}
-	return shape->is_box ? area : convex_clip_area(&shape->convex, x, y);
+	double cx[3], cy[3];
+	for (int k = 0; k < 3; k++) {
+		int l = k == 2 ? 0 : k + 1;
+		cx[k] = (*x)[k];
+		cy[k] = (*y)[k];
+		struct span span = convex_clip_side(&shape->convex, cx[k], cy[k], (*x)[l], (*y)[l]);
+		sides->inside[k] = span.out - span.in;
+		sides->middle[k] = 0.5 * (span.in + span.out);
+	}
+	return convex_clip_area(&shape->convex, cx, cy);
+}
+
+/* The corners of a face, placed. Four are read; the fourth lane is of no use. */
+static inline __attribute__((always_inline)) void place_corners(const struct strip_face *face,
+								const struct placement *at, four *x, four *y)
+{
+	four u, v;
+	memcpy(&u, face->u, sizeof face->u + sizeof *face->u);
+	memcpy(&v, face->v, sizeof face->v + sizeof *face->v);
+	u = __builtin_shufflevector(u, u, 0, 1, 2, 0);
+	v = __builtin_shufflevector(v, v, 0, 1, 2, 0);
+	*x = at->c * u - at->s * v + at->x;
+	*y = at->s * u + at->c * v + at->y;
 }
 
 /* Takes every face that the strip reaches within the crossing's placement. */
-static void flood(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
-		  struct strip *strip)
+CLONES static void flood(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
+			 struct strip *strip)
 {
 	const struct strip_face *faces = walker->fabric->face;
 	const double *value = walker->fabric->value;
@@ -183,20 +210,17 @@ static void flood(struct strip_walker *walker, const struct shape *shape, const 
 	while (depth > 0) {
 		uint32_t f = stack[--depth];
 		const struct strip_face *face = &faces[f];
-		double x[3], y[3];
-		struct span inside[3];
-		for (int k = 0; k < 3; k++) {
-			x[k] = at.c * face->u[k][0] - at.s * face->u[k][1] + at.x;
-			y[k] = at.s * face->u[k][0] + at.c * face->u[k][1] + at.y;
-		}
-		account(strip, clip_face(shape, x, y, inside), value[f], shape->area);
+		four x, y;
+		struct sides sides;
+		place_corners(face, &at, &x, &y);
+		account(strip, clip_face(shape, &x, &y, &sides), value[f], shape->area);
 		for (uint32_t k = 0; k < 3; k++) {
 			uint32_t g = face->next[k];
-			if (!(inside[k].out - inside[k].in > NEGLIGIBLE_PART) || g == GARMENT_NONE ||
-			    entered[g] == turn || (f == shape->closed_face && k == shape->closed_side))
+			if (!(sides.inside[k] > NEGLIGIBLE_PART) || g == GARMENT_NONE || entered[g] == turn ||
+			    (f == shape->closed_face && k == shape->closed_side))
 				continue;
 			if (face->link >> (LINK_BITS * k) & LINK_SEAM) {
-				await_crossing(walker, shape, f, k, x, y, inside[k]);
+				await_crossing(walker, shape, f, k, &x, &y, sides.middle[k]);
 			} else {
 				entered[g] = turn;
 				stack[depth++] = g;
@@ -259,11 +283,11 @@ static struct placement place_along(const double a[2], const double b[2], double
 	return (struct placement){c, s, -(c * a[0] - s * a[1]), -(s * a[0] + c * a[1])};
 }
 
-static void walk_box(struct strip_walker *walker, uint32_t face, const double a[2], const double b[2], double low,
-		     double high, uint32_t closed_face, uint32_t closed_side, struct strip *strip)
+static void walk_box(struct strip_walker *walker, uint32_t face, const struct side *midline, double low, double high,
+		     uint32_t closed_face, uint32_t closed_side, struct strip *strip)
 {
 	double length;
-	struct placement placement = place_along(a, b, &length);
+	struct placement placement = place_along(midline->a, midline->b, &length);
 	struct shape shape = {
 		.is_box = true,
 		.box = {length, low, high},
@@ -281,7 +305,8 @@ void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2]
 	if (a[0] == b[0] && a[1] == b[1])
 		*strip = (struct strip){0};
 	else
-		walk_box(walker, face, a, b, -0.5 * width_mm, 0.5 * width_mm, GARMENT_NONE, 0, strip);
+		walk_box(walker, face, &(struct side){{a[0], a[1]}, {b[0], b[1]}}, -0.5 * width_mm, 0.5 * width_mm,
+			 GARMENT_NONE, 0, strip);
 }
 
 void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip)
@@ -290,22 +315,19 @@ void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, str
 	const uint32_t *face = topology->edge_face + 2 * (size_t)edge;
 	const uint8_t *side = topology->edge_side + 2 * (size_t)edge;
 	double half = 0.5 * width_mm;
-	const struct strip_face *first = &walker->fabric->face[face[0]];
-	const double *a = first->u[side[0]], *b = first->u[side[0] == 2 ? 0 : side[0] + 1];
+	struct side midline = face_side(&walker->fabric->face[face[0]], side[0]);
 	if (topology->edge_kind[edge] == EDGE_INNER) {
-		walk_box(walker, face[0], a, b, -half, half, GARMENT_NONE, 0, strip);
+		walk_box(walker, face[0], &midline, -half, half, GARMENT_NONE, 0, strip);
 		return;
 	}
-	walk_box(walker, face[0], a, b, 0, half, face[0], side[0], strip);
+	walk_box(walker, face[0], &midline, 0, half, face[0], side[0], strip);
 	if (topology->edge_kind[edge] == EDGE_HEM) {
 		strip->area_mm2 *= 2;
 		return;
 	}
 	struct strip other;
-	const struct strip_face *second = &walker->fabric->face[face[1]];
-	a = second->u[side[1]];
-	b = second->u[side[1] == 2 ? 0 : side[1] + 1];
-	walk_box(walker, face[1], a, b, 0, half, face[1], side[1], &other);
+	midline = face_side(&walker->fabric->face[face[1]], side[1]);
+	walk_box(walker, face[1], &midline, 0, half, face[1], side[1], &other);
 	strip_add(strip, &other);
 }
 
