@@ -1,7 +1,7 @@
 /* Bytes in the store: uploads as they came, computed arrays, artifacts. A blob is a row with its size and hash, and its
  * bytes in chunks of BLOB_CHUNK (the last one shorter), so that neither writer nor reader ever holds more than a chunk.
  *
- * The hash is BLAKE2b-256 over the BLAKE2b-256 of every chunk, so that an upload can be continued from any chunk. */
+ * The hash is BLAKE2b-256 of the bytes, as `b2sum -l 256` prints it. */
 #ifndef STORAGE_BLOB_H
 #define STORAGE_BLOB_H
 

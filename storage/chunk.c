@@ -1,4 +1,4 @@
-/* Chunks and the hash over them. */
+/* Writing chunks. */
 #include "storage/chunk.h"
 
 #include "storage/sql.h"
@@ -12,37 +12,15 @@ enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, c
 			 struct tw_error *error)
 {
 	assert(size <= BLOB_CHUNK);
-	uint8_t hash[BLOB_HASH_SIZE];
-	crypto_generichash(hash, sizeof hash, bytes, size, NULL, 0);
-	struct sql q = sql_query(store, "INSERT INTO chunk(blob, position, hash, bytes) VALUES (?, ?, ?, ?)");
+	struct sql q = sql_query(store, "INSERT INTO chunk(blob, position, bytes) VALUES (?, ?, ?)");
 	sql_bind_int(&q, blob);
 	sql_bind_int(&q, (int64_t)position);
-	sql_bind_bytes(&q, hash, sizeof hash);
 	sql_bind_bytes(&q, bytes, size);
 	return sql_run(&q, NULL, error);
 }
 
-static enum tw_status hash_of_chunks(struct store *store, int64_t blob, uint8_t hash[BLOB_HASH_SIZE],
-				     struct tw_error *error)
+enum tw_status chunk_seal(struct store *store, int64_t blob, const uint8_t hash[BLOB_HASH_SIZE], struct tw_error *error)
 {
-	crypto_generichash_state state;
-	crypto_generichash_init(&state, NULL, 0, BLOB_HASH_SIZE);
-	struct sql q = sql_query(store, "SELECT hash FROM chunk WHERE blob = ? ORDER BY position");
-	sql_bind_int(&q, blob);
-	while (sql_step(&q)) {
-		size_t size;
-		const void *bytes = sql_bytes(&q, &size);
-		crypto_generichash_update(&state, bytes, size);
-	}
-	crypto_generichash_final(&state, hash, BLOB_HASH_SIZE);
-	return sql_end(&q, error);
-}
-
-enum tw_status chunk_seal(struct store *store, int64_t blob, uint8_t hash[BLOB_HASH_SIZE], struct tw_error *error)
-{
-	enum tw_status status = hash_of_chunks(store, blob, hash, error);
-	if (status != TW_OK)
-		return status;
 	struct sql q = sql_query(store, "UPDATE blob SET hash = ?, touched_ms = ? WHERE number = ?");
 	sql_bind_bytes(&q, hash, BLOB_HASH_SIZE);
 	sql_bind_int(&q, store_now_ms(store));
@@ -79,5 +57,8 @@ enum tw_status chunk_write_blob(struct store *store, int64_t resource, struct bl
 		from += size;
 		left -= size;
 	}
-	return status == TW_OK ? chunk_seal(store, blob->number, blob->hash, error) : status;
+	if (status != TW_OK)
+		return status;
+	crypto_generichash(blob->hash, sizeof blob->hash, bytes, blob->size, NULL, 0);
+	return chunk_seal(store, blob->number, blob->hash, error);
 }

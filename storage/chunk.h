@@ -8,8 +8,8 @@
 enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, const void *bytes, size_t size,
 			 struct tw_error *error) TW_NODISCARD;
 
-/* Ends a blob: its hash from those of its chunks. */
-enum tw_status chunk_seal(struct store *store, int64_t blob, uint8_t hash[BLOB_HASH_SIZE],
+/* Ends a blob: with its hash it can be used. */
+enum tw_status chunk_seal(struct store *store, int64_t blob, const uint8_t hash[BLOB_HASH_SIZE],
 			  struct tw_error *error) TW_NODISCARD;
 
 /* A whole blob of a resource from memory. Of `blob`, number and hash are results; role, name, media_type, type,

@@ -95,7 +95,7 @@ static const char resources_and_queue[] =
 	"	columns INTEGER NOT NULL DEFAULT 0,"
 	"	rows INTEGER NOT NULL DEFAULT 0,"
 	"	size INTEGER NOT NULL DEFAULT 0,"
-	"	hash BLOB," /* NULL while it is being written */
+	"	hash BLOB," /* BLAKE2b-256 of all bytes; NULL while it is being written */
 	"	touched_ms INTEGER NOT NULL,"
 	"	UNIQUE (resource, role, name)"
 	") STRICT;"
@@ -106,7 +106,6 @@ static const char resources_and_queue[] =
 	"	number INTEGER PRIMARY KEY,"
 	"	blob INTEGER NOT NULL REFERENCES blob ON DELETE CASCADE,"
 	"	position INTEGER NOT NULL,"
-	"	hash BLOB NOT NULL,"
 	"	bytes BLOB NOT NULL,"
 	"	UNIQUE (blob, position)"
 	") STRICT;";

@@ -4,6 +4,7 @@
 #include "storage/id.h"
 #include "storage/sql.h"
 
+#include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,9 +13,10 @@ struct upload {
 	int64_t blob;
 	char id[STORE_ID_SIZE];
 	uint64_t limit;
-	uint64_t stored; /* bytes in the store: whole chunks until it is sealed */
-	size_t buffered; /* bytes in `buffer` */
-	bool broken;     /* an error has happened */
+	uint64_t stored;               /* bytes in the store: whole chunks until it is sealed */
+	size_t buffered;               /* bytes in `buffer` */
+	bool broken;                   /* an error has happened */
+	crypto_generichash_state hash; /* of all bytes so far */
 	char buffer[BLOB_CHUNK];
 };
 
@@ -27,6 +29,7 @@ static struct upload *new_upload(struct store *store, uint64_t limit)
 		upload->stored = 0;
 		upload->buffered = 0;
 		upload->broken = false;
+		crypto_generichash_init(&upload->hash, NULL, 0, BLOB_HASH_SIZE);
 	}
 	return upload;
 }
@@ -103,6 +106,18 @@ static enum tw_status find_upload(struct upload *upload, const char *id, struct 
 	return TW_OK;
 }
 
+/* Takes the hash up where it was left: over what is stored. */
+static enum tw_status hash_again(struct upload *upload, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (uint64_t at = 0; status == TW_OK && at < upload->stored; at += BLOB_CHUNK) {
+		size_t got = 0;
+		status = blob_read(upload->store, upload->blob, at, upload->buffer, BLOB_CHUNK, &got, error);
+		crypto_generichash_update(&upload->hash, (const uint8_t *)upload->buffer, got);
+	}
+	return status;
+}
+
 enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
 			     uint64_t *offset, struct tw_error *error)
 {
@@ -110,6 +125,8 @@ enum tw_status upload_resume(struct upload **upload, struct store *store, const 
 	if (!resumed)
 		return tw_fail_memory(error);
 	enum tw_status status = find_upload(resumed, id, error);
+	if (status == TW_OK)
+		status = hash_again(resumed, error);
 	if (status != TW_OK) {
 		upload_free(resumed);
 		return status;
@@ -172,6 +189,7 @@ enum tw_status upload_write(struct upload *upload, const void *bytes, size_t siz
 		size_t part = BLOB_CHUNK - upload->buffered;
 		part = part < size ? part : size;
 		memcpy(upload->buffer + upload->buffered, from, part);
+		crypto_generichash_update(&upload->hash, (const uint8_t *)from, part);
 		upload->buffered += part;
 		from += part;
 		size -= part;
@@ -191,6 +209,7 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 		return tw_fail(error, TW_ERROR_INPUT, "upload-empty", NULL, "no bytes came; send the file as the body");
 	enum tw_status status = transaction_begin(upload->store, true, error);
 	if (status == TW_OK) {
+		crypto_generichash_final(&upload->hash, hash, sizeof hash);
 		status = store_chunk(upload, error);
 		if (status == TW_OK)
 			status = chunk_seal(upload->store, upload->blob, hash, error);
