@@ -61,7 +61,8 @@ enum api_state api_exchange_end(struct api_exchange *exchange);
 bool api_exchange_is_due(struct api_exchange *exchange, int64_t now_ms);
 enum api_state api_exchange_resume(struct api_exchange *exchange);
 
-/* Once answered. The exchange keeps the response; a sender may take its `stream` by setting it to NULL. */
+/* Once answered. The exchange keeps the response; a sender may take its `bytes` or `stream` by setting it to NULL. A
+ * stream must be closed before its exchange's thread ends. */
 struct api_response *api_exchange_response(struct api_exchange *exchange);
 
 /* For logs and metrics: the row of api_routes, NULL where none matched. */

@@ -37,7 +37,7 @@ static enum tw_status parse_needs(struct field_request *request, struct tw_error
 	const json_t *motions = json_object_get(request->body, "motions");
 	size_t count = json_array_size(motions);
 	if (!json_is_array(motions))
-		return tw_fail(error, TW_ERROR_INPUT, "invalid-input", "/motions",
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", "/motions",
 			       "motions must be a list of motion ids of the mesh");
 	if (count > TW_LIMIT_MOTIONS)
 		return tw_fail(error, TW_ERROR_LIMIT, "too-many-motions", "/motions", "at most %u motions",
@@ -51,7 +51,7 @@ static enum tw_status parse_needs(struct field_request *request, struct tw_error
 		const char *id = json_string_value(json_array_get(motions, i));
 		snprintf(pointer, sizeof pointer, "/motions/%zu", i);
 		if (!id)
-			return tw_fail(error, TW_ERROR_INPUT, "invalid-input", pointer, "a motion id must be a string");
+			return tw_fail(error, TW_ERROR_INPUT, "json-type", pointer, "a motion id must be a string");
 		for (size_t k = 1; k < request->need_count; k++)
 			if (!strcmp(request->needs[k], id))
 				return tw_fail(error, TW_ERROR_INPUT, "motion-twice", pointer,
@@ -67,7 +67,7 @@ static enum tw_status parse_options(struct field_request *request, struct tw_err
 	const json_t *given = json_object_get(request->body, "options");
 	option_defaults(&field_option_table, &values);
 	if (given && !json_is_object(given))
-		return tw_fail(error, TW_ERROR_INPUT, "invalid-input", "/options", "options must be an object");
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", "/options", "options must be an object");
 	enum tw_status status =
 		given ? option_from_json(&field_option_table, &values, given, "/options", NULL, error) : TW_OK;
 	if (status)

@@ -44,6 +44,9 @@ enum tw_status get_job(struct api_call *call, struct tw_error *error) TW_NODISCA
 enum tw_status cancel_job(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status redrive_job(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 
+/* events.c */
+enum tw_status get_job_events(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+
 /* rig.c */
 enum tw_status get_rig(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status post_recording(struct api_call *call, struct tw_error *error) TW_NODISCARD;

@@ -29,7 +29,7 @@ enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object
 {
 	*object = NULL;
 	if (size > TW_LIMIT_JSON_BYTES)
-		return tw_fail(error, TW_ERROR_LIMIT, "too-large", NULL, "the JSON is larger than %u bytes",
+		return tw_fail(error, TW_ERROR_LIMIT, "json-too-large", NULL, "the JSON is larger than %u bytes",
 			       TW_LIMIT_JSON_BYTES);
 	if (nesting(bytes, size) > TW_LIMIT_JSON_DEPTH)
 		return tw_fail(error, TW_ERROR_INPUT, "json-too-deep", NULL, "the JSON is nested deeper than %u levels",
@@ -41,11 +41,11 @@ enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object
 	if (!value) {
 		char where[64];
 		snprintf(where, sizeof where, "line %d, column %d", detail.line, detail.column);
-		return tw_fail(error, TW_ERROR_INPUT, "malformed-json", where, "the body is not JSON: %s", detail.text);
+		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "the body is not JSON: %s", detail.text);
 	}
 	if (!json_is_object(value)) {
 		json_decref(value);
-		return tw_fail(error, TW_ERROR_INPUT, "invalid-input", "/", "the body must be a JSON object");
+		return tw_fail(error, TW_ERROR_INPUT, "json-type", NULL, "the body must be a JSON object");
 	}
 	*object = value;
 	return TW_OK;
@@ -79,7 +79,7 @@ enum tw_status json_get_text(const json_t *object, const char *name, bool requir
 		return TW_OK;
 	char pointer[64];
 	snprintf(pointer, sizeof pointer, "/%s", name);
-	return tw_fail(error, TW_ERROR_INPUT, "invalid-input", pointer,
+	return tw_fail(error, TW_ERROR_INPUT, value ? "json-type" : "json-missing-field", pointer,
 		       value ? "%s must be a string" : "%s is missing; give a string", name);
 }
 
@@ -96,7 +96,7 @@ enum tw_status json_check_members(const json_t *object, const char *pointer, con
 		char where[128];
 		snprintf(where, sizeof where, "%s/%s", pointer, name);
 		if (!*k)
-			return tw_fail(error, TW_ERROR_INPUT, "unknown-field", where,
+			return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
 				       "there is no field of this name here; leave it out");
 	}
 	return TW_OK;

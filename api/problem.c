@@ -9,15 +9,15 @@ static const struct {
 	const char *type;
 	unsigned status;
 } own_status[] = {
-	{"malformed-json", 400},         {"json-too-deep", 400},
-	{"malformed-query", 400},        {"malformed-multipart", 400},
-	{"malformed-header", 400},       {"incomplete-body", 400},
-	{"invalid-parameter", 400},      {"unknown-parameter", 400},
-	{"invalid-cursor", 400},         {"unauthorized", 401},
-	{"method-not-allowed", 405},     {"not-acceptable", 406},
-	{"unsupported-media-type", 415}, {"uri-too-long", 414},
-	{"method-not-implemented", 501}, {"not-ready", 503},
-	{"idempotency-key-reused", 422},
+	{"json-malformed", 400},    {"json-too-deep", 400},
+	{"malformed-query", 400},   {"malformed-multipart", 400},
+	{"malformed-header", 400},  {"incomplete-body", 400},
+	{"invalid-parameter", 400}, {"option-unknown", 400},
+	{"unknown-parameter", 400}, {"invalid-cursor", 400},
+	{"unauthorized", 401},      {"method-not-allowed", 405},
+	{"not-acceptable", 406},    {"unsupported-media-type", 415},
+	{"uri-too-long", 414},      {"method-not-implemented", 501},
+	{"not-ready", 503},         {"idempotency-key-reused", 422},
 };
 
 static const struct {

@@ -331,7 +331,8 @@ static enum tw_status stream_blob(struct api_call *call, const struct blob *blob
 	struct blob_stream *stream = malloc(sizeof *stream);
 	if (!stream)
 		return tw_fail_memory(error);
-	*stream = (struct blob_stream){{blob->size, read_blob, close_blob}, call->store, blob->number};
+	*stream = (struct blob_stream){
+		{.size = blob->size, .read = read_blob, .close = close_blob}, call->store, blob->number};
 	response_stream(&call->response, media_type, &stream->stream);
 	return TW_OK;
 }

@@ -1,6 +1,5 @@
 #include "api/response.h"
 
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>

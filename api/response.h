@@ -6,14 +6,16 @@
 #include "tightwire.h"
 
 #include <jansson.h>
+#include <stdbool.h>
 
 #define API_HEADERS_MAX 16
 #define API_STREAM_UNKNOWN UINT64_MAX
 
 /* Bytes made while they are sent. The maker embeds it as first member of a larger struct. */
 struct api_stream {
-	uint64_t size; /* API_STREAM_UNKNOWN: it ends when it ends */
-	/* Gives up to `size` bytes from `offset` on; *got 0 only at the end. */
+	uint64_t size;   /* API_STREAM_UNKNOWN: it ends when it ends */
+	bool is_waiting; /* set by read: it gave nothing because there is nothing yet; ask again later */
+	/* Gives up to `size` bytes from `offset` on; *got 0 only at the end, or with is_waiting. */
 	enum tw_status (*read)(struct api_stream *stream, uint64_t offset, void *bytes, size_t size, size_t *got);
 	void (*close)(struct api_stream *stream); /* frees it */
 };

@@ -202,7 +202,7 @@ enum tw_status get_recording_csv(struct api_call *call, struct tw_error *error)
 	struct csv_stream *csv = calloc(1, sizeof *csv);
 	if (!csv)
 		return tw_fail_memory(error);
-	csv->stream = (struct api_stream){API_STREAM_UNKNOWN, read_csv, close_csv};
+	csv->stream = (struct api_stream){.size = API_STREAM_UNKNOWN, .read = read_csv, .close = close_csv};
 	csv->store = call->store;
 	memcpy(csv->id, call->match.parameters[0], sizeof csv->id);
 	csv->filled = print_head(csv->text, sizeof csv->text);

@@ -13,7 +13,8 @@
  * head; http_tick shuts down the sockets that owe it for too long.
  *
  * Threads: the library's own, which never share a connection, and the one that calls http_tick, http_drain and
- * http_stop. `lock` guards the two lists. A held request is in the list only while it is suspended. */
+ * http_stop. `lock` guards the two lists. A held request is in the list only while it is suspended:
+ * before its response (`Prefer: wait`), or within it (a stream that has nothing to send yet). */
 #include "service/http.h"
 
 #include "api/header.h"
@@ -153,7 +154,6 @@ static void hold(struct http_request *request)
 	struct http_server *server = request->server;
 	/* Suspended before it is in the list: whoever finds it there may resume it. */
 	MHD_suspend_connection(request->connection);
-	request->phase = PHASE_HELD;
 	pthread_mutex_lock(&server->lock);
 	request->next_held = server->held;
 	server->held = request;
@@ -161,14 +161,14 @@ static void hold(struct http_request *request)
 	pthread_mutex_unlock(&server->lock);
 }
 
-/* Resumes what is due; with `all` everything. */
+/* Resumes what is due; with `all` everything. A stream that waits is always due: reading it tells. */
 static void resume_held(struct http_server *server, bool all)
 {
 	int64_t now_ms = now_us() / 1000;
 	pthread_mutex_lock(&server->lock);
 	for (struct http_request **link = &server->held; *link;) {
 		struct http_request *request = *link;
-		if (!all && !api_exchange_is_due(request->exchange, now_ms)) {
+		if (!all && request->phase == PHASE_HELD && !api_exchange_is_due(request->exchange, now_ms)) {
 			link = &request->next_held;
 			continue;
 		}
@@ -182,34 +182,54 @@ static void resume_held(struct http_server *server, bool all)
 /* --- responses -------------------------------------------------------------------------------------------------------
  */
 
+/* A stream on its way out. The library may keep it a little longer than the request. */
+struct sending {
+	struct api_stream *stream;    /* owned */
+	struct http_request *request; /* borrowed; valid while the library reads */
+};
+
 static ssize_t read_stream(void *context, uint64_t offset, char *bytes, size_t size)
 {
-	struct api_stream *stream = context;
+	struct sending *sending = context;
+	struct api_stream *stream = sending->stream;
 	size_t got = 0;
 	if (stream->read(stream, offset, bytes, size, &got))
 		return MHD_CONTENT_READER_END_WITH_ERROR;
-	return got ? (ssize_t)got : MHD_CONTENT_READER_END_OF_STREAM;
+	if (got || !stream->is_waiting || atomic_load(&sending->request->server->draining))
+		return got ? (ssize_t)got : MHD_CONTENT_READER_END_OF_STREAM;
+	hold(sending->request);
+	return 0;
 }
 
 static void close_stream(void *context)
 {
-	struct api_stream *stream = context;
-	stream->close(stream);
+	struct sending *sending = context;
+	sending->stream->close(sending->stream);
+	free(sending);
+}
+
+static struct MHD_Response *make_stream(struct http_request *request, struct api_response *response)
+{
+	uint64_t size = response->stream->size == API_STREAM_UNKNOWN ? MHD_SIZE_UNKNOWN : response->stream->size;
+	struct sending *sending = malloc(sizeof *sending);
+	if (!sending)
+		return NULL;
+	*sending = (struct sending){response->stream, request};
+	struct MHD_Response *made =
+		MHD_create_response_from_callback(size, STREAM_BLOCK, read_stream, sending, close_stream);
+	if (made)
+		response->stream = NULL;
+	else
+		free(sending);
+	return made;
 }
 
 /* The body changes hands: from the response to the library. */
-static struct MHD_Response *make_response(struct api_response *response)
+static struct MHD_Response *make_response(struct http_request *request, struct api_response *response)
 {
 	struct MHD_Response *made = NULL;
-	if (response->stream) {
-		uint64_t size =
-			response->stream->size == API_STREAM_UNKNOWN ? MHD_SIZE_UNKNOWN : response->stream->size;
-		made = MHD_create_response_from_callback(size, STREAM_BLOCK, read_stream, response->stream,
-							 close_stream);
-		if (made)
-			response->stream = NULL;
-		return made;
-	}
+	if (response->stream)
+		return make_stream(request, response);
 	made = response->bytes ? MHD_create_response_from_buffer(response->size, response->bytes, MHD_RESPMEM_MUST_FREE)
 			       : MHD_create_response_from_buffer(0, (void *)"", MHD_RESPMEM_PERSISTENT);
 	if (made)
@@ -220,7 +240,7 @@ static struct MHD_Response *make_response(struct api_response *response)
 static enum MHD_Result send_response(struct http_request *request)
 {
 	struct api_response *response = api_exchange_response(request->exchange);
-	struct MHD_Response *made = make_response(response);
+	struct MHD_Response *made = make_response(request, response);
 	if (!made)
 		return MHD_NO;
 	for (size_t i = 0; i < response->header_count; i++)
@@ -302,6 +322,7 @@ static enum MHD_Result take_end(struct http_request *request)
 		api_exchange_resume(request->exchange);
 		return send_response(request);
 	}
+	request->phase = PHASE_HELD;
 	hold(request);
 	return MHD_YES;
 }
@@ -418,7 +439,8 @@ void http_tick(struct http_server *server, bool jobs_changed)
 	int64_t now_ms = now_us() / 1000;
 	if (jobs_changed || now_ms >= server->next_held_ms) {
 		server->next_held_ms = now_ms + TICK_HELD_MS;
-		resume_held(server, false);
+		/* Whoever was held while the drain began must not wait for its end. */
+		resume_held(server, atomic_load(&server->draining));
 	}
 	if (now_ms < server->next_peers_ms)
 		return;
