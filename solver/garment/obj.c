@@ -318,8 +318,8 @@ bool obj_line_is_geometry(struct text line)
 	return keyword == LINE_VERTEX || keyword == LINE_COORD || keyword == LINE_FACE;
 }
 
-enum tw_status obj_read(struct soup *soup, struct arena *arena, struct text file, struct garment_report *report,
-			struct tw_error *error)
+enum tw_status obj_parse(struct soup *soup, struct arena *arena, struct text file, struct garment_report *report,
+			 struct tw_error *error)
 {
 	*soup = (struct soup){0};
 	struct obj obj = {.soup = soup, .text = file, .report = report, .error = error};
@@ -330,7 +330,12 @@ enum tw_status obj_read(struct soup *soup, struct arena *arena, struct text file
 		status = fill(&obj, arena);
 	if (status == TW_OK)
 		status = check_polygons(soup, error);
-	if (status == TW_OK)
-		status = openmesh_agrees_on_obj(soup, file, error);
 	return status;
+}
+
+enum tw_status obj_read(struct soup *soup, struct arena *arena, struct text file, struct garment_report *report,
+			struct tw_error *error)
+{
+	enum tw_status status = obj_parse(soup, arena, file, report, error);
+	return status == TW_OK ? openmesh_agrees_on_obj(soup, file, error) : status;
 }

@@ -140,7 +140,7 @@ static enum tw_status write_name(struct draft *draft, uint32_t piece, const stru
 	char *copy = ARENA_ARRAY(draft->arena, strlen(name) + 1, char);
 	if (!copy)
 		return tw_fail_memory(draft->error);
-	garment->piece_name[piece] = strcpy(copy, name);
+	garment->piece_name[piece] = memcpy(copy, name, strlen(name) + 1);
 	return TW_OK;
 }
 

@@ -3,6 +3,8 @@
  * time does not matter. */
 #include "solver/garment/draft.h"
 
+#include <assert.h>
+
 static double cross_of(const double *a, const double *b, const double *c)
 {
 	return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -42,7 +44,8 @@ static void cut_fan(uint32_t count, uint32_t *triangles)
 
 bool polygon_cut(const double *xy, uint32_t count, uint32_t *triangles)
 {
-	uint32_t left[POLYGON_CORNERS], remaining = count;
+	assert(count >= 3 && count <= POLYGON_CORNERS);
+	uint32_t left[POLYGON_CORNERS] = {0}, remaining = count;
 	uint32_t *triangle = triangles;
 	for (uint32_t i = 0; i < count; i++)
 		left[i] = i;

@@ -39,6 +39,10 @@ enum tw_status ply_read(struct soup *soup, struct arena *arena, struct text file
 enum tw_status off_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error) TW_NODISCARD;
 enum tw_status stl_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error) TW_NODISCARD;
 
+/* obj_read without OpenMesh's agreement, for the thousands of frames of a sequence. */
+enum tw_status obj_parse(struct soup *soup, struct arena *arena, struct text file, struct garment_report *report,
+			 struct tw_error *error) TW_NODISCARD;
+
 /* Whether the first bytes are those of the format. */
 bool ply_is(struct text file);
 bool off_is(struct text file);

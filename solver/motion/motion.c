@@ -1,0 +1,238 @@
+#include "solver/motion/motion.h"
+
+#include "solver/motion/reader.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A wearer does not leave a kilometre; what does is damaged or has a wrong unit. */
+static const float position_limit_mm = 1e6F;
+
+/* --- memory as a source ---------------------------------------------------------------------------------------------
+ */
+
+static enum tw_status memory_read(void *context, void *bytes, size_t size, size_t *got, struct tw_error *error)
+{
+	(void)error;
+	struct byte_memory *memory = context;
+	size_t left = memory->size - memory->at;
+	*got = size < left ? size : left;
+	if (*got > 0)
+		memcpy(bytes, (const char *)memory->bytes + memory->at, *got);
+	memory->at += *got;
+	return TW_OK;
+}
+
+static enum tw_status memory_rewind(void *context, struct tw_error *error)
+{
+	(void)error;
+	((struct byte_memory *)context)->at = 0;
+	return TW_OK;
+}
+
+struct byte_source byte_source_memory(struct byte_memory *memory)
+{
+	return (struct byte_source){
+		.read = memory_read, .rewind = memory_rewind, .context = memory, .size = memory->size};
+}
+
+/* --- for the codecs
+ * --------------------------------------------------------------------------------------------------- */
+
+enum tw_status reader_read(struct motion_reader *reader, void *bytes, size_t size, size_t *got, struct tw_error *error)
+{
+	*got = 0;
+	while (*got < size) {
+		size_t part = 0;
+		enum tw_status status =
+			reader->source.read(reader->source.context, (char *)bytes + *got, size - *got, &part, error);
+		if (status != TW_OK)
+			return status;
+		if (part == 0)
+			break;
+		*got += part;
+	}
+	return TW_OK;
+}
+
+static enum tw_status truncated(const struct motion_reader *reader, struct tw_error *error)
+{
+	char where[32];
+	snprintf(where, sizeof where, "frame %u", reader->frame);
+	return tw_fail(error, TW_ERROR_INPUT, "motion-truncated", where,
+		       "the file ends within frame %u (counted from 0); send it whole", reader->frame);
+}
+
+enum tw_status reader_fill(struct motion_reader *reader, void *bytes, size_t size, struct tw_error *error)
+{
+	size_t got = 0;
+	enum tw_status status = reader_read(reader, bytes, size, &got, error);
+	return status != TW_OK ? status : got < size ? truncated(reader, error) : TW_OK;
+}
+
+enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices, int64_t frames, uint64_t header,
+			    uint64_t per_frame, struct tw_error *error)
+{
+	if (vertices < 1 || frames < 1)
+		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL,
+			       "the header says %lld vertices and %lld frames; there must be at least one of each",
+			       (long long)vertices, (long long)frames);
+	if (reader->expected > 0 && vertices != reader->expected)
+		return tw_fail(error, TW_ERROR_INPUT, "motion-vertex-count", NULL,
+			       "the motion has %lld vertices, the garment's file %u; export both from the same mesh",
+			       (long long)vertices, reader->expected);
+	if (vertices > TW_LIMIT_VERTICES || frames > TW_LIMIT_FRAMES)
+		return tw_fail(error, TW_ERROR_LIMIT, "motion-too-large", NULL,
+			       "the header claims %lld vertices and %lld frames; at most %u and %u are accepted",
+			       (long long)vertices, (long long)frames, TW_LIMIT_VERTICES, TW_LIMIT_FRAMES);
+	uint64_t size = header + (uint64_t)frames * per_frame;
+	if (reader->source.size == UINT64_MAX || reader->source.size == size)
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_INPUT, reader->source.size < size ? "motion-truncated" : "motion-trailing-bytes",
+		       NULL, "the header describes %llu bytes (%lld frames of %lld vertices), the file has %llu",
+		       (unsigned long long)size, (long long)frames, (long long)vertices,
+		       (unsigned long long)reader->source.size);
+}
+
+enum tw_status reader_expect_end(struct motion_reader *reader, struct tw_error *error)
+{
+	char byte;
+	size_t got = 0;
+	enum tw_status status = reader_read(reader, &byte, 1, &got, error);
+	if (status != TW_OK || got == 0)
+		return status;
+	return tw_fail(error, TW_ERROR_INPUT, "motion-trailing-bytes", NULL,
+		       "there are bytes behind the last of %u frames; the header and the file disagree",
+		       reader->info.frame_count);
+}
+
+/* --- the reader
+ * ------------------------------------------------------------------------------------------------------- */
+
+/* By the first bytes; a tar has its mark at 257. MDD has no mark: it must begin with plausible counts. */
+static enum motion_format sniff(const unsigned char *bytes, size_t size, uint32_t expected)
+{
+	if (size >= 12 && memcmp(bytes, "POINTCACHE2", 12) == 0)
+		return MOTION_PC2;
+	if (size >= 262 && memcmp(bytes + 257, "ustar", 5) == 0)
+		return MOTION_OBJ_TAR;
+	if (size < 8)
+		return MOTION_SNIFF;
+	uint32_t frames = load_be32(bytes), vertices = load_be32(bytes + 4);
+	bool plausible = frames >= 1 && frames <= TW_LIMIT_FRAMES && vertices >= 1 && vertices <= TW_LIMIT_VERTICES;
+	return plausible && (expected == 0 || vertices == expected) ? MOTION_MDD : MOTION_SNIFF;
+}
+
+static enum tw_status find_format(struct motion_reader *reader, enum motion_format *format, struct tw_error *error)
+{
+	if (*format != MOTION_SNIFF)
+		return TW_OK;
+	unsigned char bytes[512];
+	size_t got = 0;
+	enum tw_status status = reader_read(reader, bytes, sizeof bytes, &got, error);
+	if (status == TW_OK)
+		status = reader->source.rewind(reader->source.context, error);
+	if (status != TW_OK)
+		return status;
+	if (got == 0)
+		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL, "the file is empty");
+	*format = sniff(bytes, got, reader->expected);
+	if (*format == MOTION_SNIFF)
+		return tw_fail(error, TW_ERROR_INPUT, "motion-unknown-format", "byte 0",
+			       "the file is none of PC2, MDD with the garment's vertices, and an OBJ sequence as an "
+			       "uncompressed tar");
+	return TW_OK;
+}
+
+enum tw_status motion_open(struct motion_reader **opened, const struct byte_source *source, enum motion_format format,
+			   enum length_unit unit, uint32_t vertex_count, struct tw_error *error)
+{
+	static const struct motion_codec *const codecs[] = {NULL, &pc2_codec, &mdd_codec, &obj_tar_codec};
+	*opened = NULL;
+	struct motion_reader *reader = calloc(1, sizeof *reader);
+	if (!reader)
+		return tw_fail_memory(error);
+	reader->source = *source;
+	reader->expected = vertex_count;
+	reader->scale = unit == UNIT_M ? 1000 : unit == UNIT_CM ? 10 : 1;
+	enum tw_status status = find_format(reader, &format, error);
+	if (status == TW_OK) {
+		reader->codec = codecs[format];
+		reader->info.format = format;
+		status = reader->codec->start(reader, error);
+	}
+	if (status != TW_OK) {
+		motion_close(reader);
+		return status;
+	}
+	*opened = reader;
+	return TW_OK;
+}
+
+void motion_close(struct motion_reader *reader)
+{
+	if (reader && reader->codec && reader->codec->close)
+		reader->codec->close(reader->state);
+	free(reader);
+}
+
+const struct motion_info *motion_info(const struct motion_reader *reader)
+{
+	return &reader->info;
+}
+
+static enum tw_status bad_position(const struct motion_reader *reader, const float *positions, size_t from, size_t to,
+				   struct tw_error *error)
+{
+	size_t i = from;
+	while (i < to && fabsf(positions[i]) <= position_limit_mm)
+		i++;
+	char where[64];
+	snprintf(where, sizeof where, "frame %u vertex %zu", reader->frame, i / 3);
+	if (isfinite(positions[i]))
+		return tw_fail(error, TW_ERROR_INPUT, "motion-too-far", where,
+			       "in frame %u, vertex %zu lies %g mm from the origin; check the unit", reader->frame,
+			       i / 3, (double)fabsf(positions[i]));
+	return tw_fail(error, TW_ERROR_INPUT, "motion-not-a-number", where,
+		       "in frame %u, vertex %zu has a coordinate that is not a finite number", reader->frame, i / 3);
+}
+
+/* To millimetres, and every coordinate a number; in pieces that stay in the cache. */
+static enum tw_status scale_and_check(const struct motion_reader *reader, float *positions, struct tw_error *error)
+{
+	enum { PIECE = 4096 };
+	const size_t count = 3 * (size_t)reader->info.vertex_count;
+	const float scale = reader->scale;
+	for (size_t from = 0; from < count; from += PIECE) {
+		size_t to = from + PIECE < count ? from + PIECE : count;
+		unsigned bad = 0;
+		for (size_t i = from; i < to; i++) {
+			positions[i] *= scale;
+			bad |= !(fabsf(positions[i]) <= position_limit_mm);
+		}
+		if (bad)
+			return bad_position(reader, positions, from, to, error);
+	}
+	return TW_OK;
+}
+
+enum tw_status motion_next(struct motion_reader *reader, float *positions, bool *end, struct tw_error *error)
+{
+	*end = false;
+	enum tw_status status = reader->codec->next(reader, positions, end, error);
+	if (status != TW_OK || *end)
+		return status;
+	status = scale_and_check(reader, positions, error);
+	reader->frame++;
+	return status;
+}
+
+enum tw_status motion_rewind(struct motion_reader *reader, struct tw_error *error)
+{
+	enum tw_status status = reader->source.rewind(reader->source.context, error);
+	if (status != TW_OK)
+		return status;
+	reader->frame = 0;
+	return reader->codec->start(reader, error);
+}
