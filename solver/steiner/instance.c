@@ -74,12 +74,17 @@ static int allocate(struct instance *instance, struct arena *arena, uint32_t n, 
 	instance->origin = ARENA_ARRAY(arena, m, uint32_t);
 	instance->terminal = ARENA_ARRAY(arena, k, uint32_t);
 	instance->terminal_at = ARENA_ARRAY(arena, n, uint32_t);
-	instance->pair_capacity = m;
-	instance->pair = arena_array(arena, m, sizeof *instance->pair);
-	instance->taken_capacity = n;
-	instance->taken = ARENA_ARRAY(arena, n, uint32_t);
 	return instance->first && instance->head && instance->edge && instance->ends && instance->weight &&
-	       instance->origin && instance->terminal && instance->terminal_at && instance->pair && instance->taken;
+	       instance->origin && instance->terminal && instance->terminal_at;
+}
+
+static int allocate_history(struct instance *instance, struct arena *arena, uint32_t pairs, uint32_t taken)
+{
+	instance->pair_capacity = pairs;
+	instance->taken_capacity = taken;
+	instance->pair = arena_array(arena, pairs, sizeof *instance->pair);
+	instance->taken = ARENA_ARRAY(arena, taken, uint32_t);
+	return instance->pair && instance->taken;
 }
 
 enum tw_status instance_init(struct instance *instance, struct arena *arena, const struct graph *graph,
@@ -87,7 +92,7 @@ enum tw_status instance_init(struct instance *instance, struct arena *arena, con
 {
 	uint32_t n = graph->vertex_count, m = graph->edge_count;
 	*instance = (struct instance){.origin_leaf_count = m, .shift = perturb ? choose_shift(graph) : 0};
-	if (!allocate(instance, arena, n, m, terminal_count))
+	if (!allocate(instance, arena, n, m, terminal_count) || !allocate_history(instance, arena, m, n))
 		return TW_ERROR_MEMORY;
 
 	struct arena_mark mark = arena_mark(arena);
@@ -130,6 +135,27 @@ enum tw_status instance_init(struct instance *instance, struct arena *arena, con
 	}
 	arena_release(arena, mark);
 	return status;
+}
+
+enum tw_status instance_copy(struct instance *to, const struct instance *from, struct arena *arena)
+{
+	uint32_t n = from->vertex_count, m = from->edge_count;
+	*to = *from;
+	/* The history may grow by a pair for every edge and a taken origin for every vertex that is left. */
+	if (!allocate(to, arena, n, m, from->terminal_count) ||
+	    !allocate_history(to, arena, from->pair_count + m, from->taken_count + n))
+		return TW_ERROR_MEMORY;
+	memcpy(to->first, from->first, ((size_t)n + 1) * sizeof *to->first);
+	memcpy(to->head, from->head, 2 * (size_t)m * sizeof *to->head);
+	memcpy(to->edge, from->edge, 2 * (size_t)m * sizeof *to->edge);
+	memcpy(to->ends, from->ends, 2 * (size_t)m * sizeof *to->ends);
+	memcpy(to->weight, from->weight, (size_t)m * sizeof *to->weight);
+	memcpy(to->origin, from->origin, (size_t)m * sizeof *to->origin);
+	memcpy(to->terminal, from->terminal, from->terminal_count * sizeof *to->terminal);
+	memcpy(to->terminal_at, from->terminal_at, (size_t)n * sizeof *to->terminal_at);
+	memcpy(to->pair, from->pair, from->pair_count * sizeof *to->pair);
+	memcpy(to->taken, from->taken, from->taken_count * sizeof *to->taken);
+	return TW_OK;
 }
 
 uint32_t instance_join(struct instance *instance, uint32_t origin_a, uint32_t origin_b)

@@ -209,7 +209,8 @@ enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32
 
 void search_bound(struct search *search, uint64_t fine_bound)
 {
-	uint64_t bound = (fine_bound + search->instance.base) >> search->instance.shift;
+	uint64_t fine = fine_bound + search->instance.base;
+	uint64_t bound = (fine < search->assumed ? fine : search->assumed) >> search->instance.shift;
 	if (bound > search->lower_bound)
 		search->lower_bound = bound;
 	if (search->lower_bound > search->best_weight)
@@ -221,6 +222,8 @@ uint64_t search_cutoff(const struct search *search)
 	if (search->best_weight == UINT64_MAX)
 		return UINT64_MAX;
 	uint64_t fine = search->best_weight << search->instance.shift;
+	if (search->assumed < fine)
+		fine = search->assumed;
 	return fine > search->instance.base ? fine - search->instance.base : 0;
 }
 

@@ -21,6 +21,8 @@ struct search {
 	uint32_t best_count;
 	uint64_t lower_bound; /* the caller's units; proven */
 
+	/* Fine, with instance.base: the instance in hand need only keep trees below it; UINT64_MAX: no guess. */
+	uint64_t assumed;
 	uint64_t work;      /* units spent: about one for each arc that is looked at */
 	uint64_t next_poll; /* work at which clock and `cancelled` are asked again */
 	double started_s, last_progress_s;
@@ -39,11 +41,12 @@ static inline int search_spend(struct search *search, uint64_t units);
 enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32_t edge_count) TW_NODISCARD;
 enum tw_status search_offer_leaves(struct search *search, const uint32_t *edges, uint32_t edge_count) TW_NODISCARD;
 
-/* Reports a proven lower bound on the fine weight of the instance's trees (without instance.base). */
+/* Reports a lower bound on the fine weight of the instance's trees (without instance.base). Under a guess it proves no
+ * more than the guess. */
 void search_bound(struct search *search, uint64_t fine_bound);
 
-/* Only trees of the instance with a fine weight (without instance.base) below this are better than the best one: what
- * reaches it can be cut off. UINT64_MAX while there is no tree. */
+/* Only trees of the instance with a fine weight (without instance.base) below this are better than the best one and
+ * within the guess: what reaches it can be cut off. UINT64_MAX while there is no tree. */
 uint64_t search_cutoff(const struct search *search);
 
 /* True when best tree and bound have met. */

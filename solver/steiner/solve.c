@@ -1,5 +1,6 @@
 /* Purpose: the solver's table of contents: the stages in their order, and how their outcomes become an answer. */
 #include "solver/steiner/dp.h"
+#include "solver/steiner/guess.h"
 #include "solver/steiner/primal.h"
 #include "solver/steiner/search.h"
 
@@ -7,16 +8,21 @@
 
 static enum tw_status run_stages(struct search *search)
 {
-	int found = 0;
 	search_enter(search, "first tree");
 	enum tw_status status = primal_first(search);
+	if (status != TW_OK || search->instance.terminal_count == 1)
+		return status;
+	struct dual dual;
+	search_enter(search, "dual ascent");
+	status = dual_init(&dual, search, 0);
+	if (status == TW_OK)
+		status = dual_ascend(&dual, search);
 	if (status != TW_OK)
 		return status;
-	search_enter(search, "dynamic program");
-	status = dp_solve_plain(search, &found);
-	if (status == TW_OK)
-		search->lower_bound = search->best_weight;
-	return status;
+	if (search_uses(search, STEINER_REASCENT))
+		status = dual_improve(&dual, search, 100ull * search->instance.edge_count, search_cutoff(search));
+	search_bound(search, dual_fine_bound(&dual));
+	return status == TW_OK ? guess_solve(search, &dual, 0) : status;
 }
 
 /* TW_ERROR_MEMORY and TW_ERROR_CANCELLED are outcomes as soon as there is a tree. */
@@ -80,6 +86,7 @@ enum tw_status steiner_solve(const struct graph *graph, const uint32_t *terminal
 		.options = options ? options : &defaults,
 		.stats = &tree->stats,
 		.best_weight = UINT64_MAX,
+		.assumed = UINT64_MAX,
 		.started_s = search_clock_s(),
 		.stage = "start",
 		.error = error,

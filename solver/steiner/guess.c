@@ -1,0 +1,65 @@
+/* Purpose: find the optimum by guessing how heavy it is.
+ *
+ * Deletion and label pruning need an upper bound, and the closer the better. A guess does as well as a tree: assume
+ * that the optimum weighs less than bound + 0.15 %, delete and prune by that, and solve what is left. A tree below the
+ * guess is then a minimum of everything; no tree proves that the optimum is not below the guess, which becomes the
+ * bound, and the next guess is twice as far above. Failed guesses are cheap, because they are tight. */
+#include "solver/steiner/guess.h"
+
+#include "solver/steiner/dp.h"
+#include "solver/steiner/fix.h"
+
+/* Solves search->instance under the guess; the instance and `dual` may shrink. */
+static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, uint64_t guess,
+					uint64_t label_limit, int *found)
+{
+	struct dual next;
+	int empty;
+	enum tw_status status = fix_by_reduced_costs(search, dual, guess, &next, &empty);
+	if (status != TW_OK || empty)
+		return status;
+	search->stats->vertices_left = search->instance.vertex_count;
+	search->stats->edges_left = search->instance.edge_count;
+	return dp_solve(search, &next, guess, label_limit, found);
+}
+
+/* The same on a copy, so that the instance is as before. */
+static enum tw_status try_guess(struct search *search, const struct dual *dual, uint64_t guess, uint64_t label_limit,
+				int *found)
+{
+	struct arena_mark mark = arena_mark(search->arena);
+	struct instance whole = search->instance;
+	uint64_t assumed = search->assumed;
+	*found = 0;
+	enum tw_status status = instance_copy(&search->instance, &whole, search->arena);
+	if (status == TW_OK) {
+		search->assumed = guess + whole.base;
+		status = solve_under_guess(search, dual, guess, label_limit, found);
+	}
+	search->instance = whole;
+	search->assumed = assumed;
+	arena_release(search->arena, mark);
+	return status;
+}
+
+enum tw_status guess_solve(struct search *search, struct dual *dual, uint64_t label_limit)
+{
+	uint64_t bound = dual_fine_bound(dual), step = bound / 1000 * 3 / 2 + 1;
+	if (!search_uses(search, STEINER_GUESSING))
+		step = search_cutoff(search);
+	while (bound < search_cutoff(search)) {
+		uint64_t cutoff = search_cutoff(search), guess = cutoff - bound < step ? cutoff : bound + step;
+		int found;
+		search_enter(search, "dynamic program");
+		enum tw_status status = try_guess(search, dual, guess, label_limit, &found);
+		if (status != TW_OK)
+			return status;
+		if (found)
+			break;
+		bound = guess;
+		search_bound(search, bound);
+		step *= 2;
+	}
+	search->lower_bound = search->best_weight;
+	return TW_OK;
+}
