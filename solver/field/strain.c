@@ -202,6 +202,12 @@ struct cluster {
 	uint32_t first_vertex, vertex_count;
 };
 
+/* Energies of a few faces, lane by lane, before they are summed. */
+enum { BATCH = 8 };
+struct batch_energy {
+	_Alignas(64) float of[STRAIN_MODELS][BATCH][LANES];
+};
+
 struct strain_mean {
 	const struct strain_rest *rest; /* borrowed */
 	size_t frame_stride;            /* floats from a frame to the next */
@@ -209,13 +215,14 @@ struct strain_mean {
 	uint32_t pending;               /* frames in it */
 	uint32_t frame_count;           /* frames since the last finish, pending ones too */
 	uint32_t cluster_count;
-	struct cluster *cluster;      /* [cluster_count] */
-	uint32_t *order;              /* [face_count] the face at each place */
-	uint32_t *vertex;             /* vertices of the clusters, one after the other */
-	uint16_t (*corner)[3];        /* [face_count] by place: places in the cluster's vertex list */
-	float (*inverse)[3];          /* [face_count] by place */
-	double (*sum)[STRAIN_MODELS]; /* [face_count] by place: over the frames that are evaluated */
-	float (*tile)[3][LANES];      /* [vertices of the largest cluster] */
+	struct cluster *cluster;    /* [cluster_count] */
+	uint32_t *order;            /* [face_count] the face at each place */
+	uint32_t *vertex;           /* vertices of the clusters, one after the other */
+	uint32_t places;            /* face_count, rounded up to whole batches; what is behind it is a point */
+	uint16_t (*corner)[3];      /* [places] indices into the cluster's vertex list */
+	float (*inverse)[3];        /* [places] */
+	double *sum[STRAIN_MODELS]; /* [places] over the frames that are evaluated */
+	float (*tile)[3][LANES];    /* [vertices of the largest cluster] */
 };
 
 /* Cuts the ordered faces into clusters and lists each cluster's vertices. `place` is scratch, [vertex_count]. */
@@ -258,13 +265,16 @@ enum tw_status strain_mean_new(struct strain_mean **out, struct arena *arena, co
 	mean->cluster = ARENA_ARRAY(arena, faces / CLUSTER_FACES + 1, struct cluster);
 	mean->order = ARENA_ARRAY(arena, faces, uint32_t);
 	mean->vertex = ARENA_ARRAY(arena, 3 * faces, uint32_t);
-	mean->corner = arena_array(arena, faces, sizeof *mean->corner);
-	mean->inverse = arena_array(arena, faces, sizeof *mean->inverse);
-	mean->sum = arena_zeroed(arena, faces, sizeof *mean->sum);
+	mean->places = (rest->face_count + BATCH - 1) / BATCH * BATCH;
+	mean->corner = arena_zeroed(arena, mean->places, sizeof *mean->corner);
+	mean->inverse = arena_zeroed(arena, mean->places, sizeof *mean->inverse);
+	double *sum = ARENA_ZEROED(arena, STRAIN_MODELS * (size_t)mean->places, double);
 	mean->tile = arena_array(arena, 3 * (size_t)CLUSTER_FACES, sizeof *mean->tile);
 	if (!mean->frame || !mean->cluster || !mean->order || !mean->vertex || !mean->corner || !mean->inverse ||
-	    !mean->sum || !mean->tile)
+	    !sum || !mean->tile)
 		return tw_fail_memory(error);
+	for (size_t model = 0; model < STRAIN_MODELS; model++)
+		mean->sum[model] = sum + model * mean->places;
 	struct arena_mark mark = arena_mark(arena);
 	uint32_t *place = ARENA_ARRAY(arena, vertices, uint32_t);
 	enum tw_status status =
@@ -315,7 +325,7 @@ static inline __attribute__((always_inline)) void fill_tile(const struct strain_
 	}
 }
 
-/* Lanes l, l + 4, l + 8 and l + 12 of an energy, pairwise. */
+/* Lanes l, l + 4, l + 8 and l + 12 of a face's energy, pairwise. */
 static inline __attribute__((always_inline)) quad fold_lanes(const float *lane)
 {
 	quad a, b, c, d;
@@ -326,46 +336,54 @@ static inline __attribute__((always_inline)) quad fold_lanes(const float *lane)
 	return (a + c) + (b + d);
 }
 
-/* The sum of all lanes, for the three models at once: (0 + 2) + (1 + 3) of each fold. */
-static inline __attribute__((always_inline)) quad sum_lanes(float energy[STRAIN_MODELS][LANES])
+/* The sums over lanes of four faces: (0 + 2) + (1 + 3) of each fold. */
+static inline __attribute__((always_inline)) void add_four_faces(double *sum, float energy[4][LANES])
 {
-	quad a = fold_lanes(energy[0]), b = fold_lanes(energy[1]), c = fold_lanes(energy[2]);
+	quad a = fold_lanes(energy[0]), b = fold_lanes(energy[1]);
+	quad c = fold_lanes(energy[2]), d = fold_lanes(energy[3]);
 	quad ab = __builtin_shufflevector(a, b, 0, 4, 1, 5) + __builtin_shufflevector(a, b, 2, 6, 3, 7);
-	quad cc = __builtin_shufflevector(c, c, 0, 0, 1, 1) + __builtin_shufflevector(c, c, 2, 2, 3, 3);
-	return __builtin_shufflevector(ab, cc, 0, 1, 4, 5) + __builtin_shufflevector(ab, cc, 2, 3, 6, 7);
+	quad cd = __builtin_shufflevector(c, d, 0, 4, 1, 5) + __builtin_shufflevector(c, d, 2, 6, 3, 7);
+	quad all = __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+	for (int i = 0; i < 4; i++)
+		sum[i] += (double)all[i];
 }
 
-static inline __attribute__((always_inline)) void add_face(const struct strain_mean *mean, uint32_t i, uint32_t lanes)
+/* All lanes of the face at place `i`. */
+static inline __attribute__((always_inline)) void face_energies(const struct strain_mean *mean, uint32_t i,
+								uint32_t slot, struct batch_energy *energy)
 {
 	const uint16_t *corner = mean->corner[i];
 	float(*restrict p)[LANES] = mean->tile[corner[0]];
 	float(*restrict q)[LANES] = mean->tile[corner[1]];
 	float(*restrict r)[LANES] = mean->tile[corner[2]];
 	float inverse[3] = {mean->inverse[i][0], mean->inverse[i][1], mean->inverse[i][2]};
-	_Alignas(64) float energy[STRAIN_MODELS][LANES];
 	for (int l = 0; l < LANES; l++) {
 		float first[3] = {q[0][l] - p[0][l], q[1][l] - p[1][l], q[2][l] - p[2][l]};
 		float second[3] = {r[0][l] - p[0][l], r[1][l] - p[1][l], r[2][l] - p[2][l]};
 		struct energies e = side_energies(first, second, inverse);
 		for (int model = 0; model < STRAIN_MODELS; model++)
-			energy[model][l] = e.model[model];
+			energy->of[model][slot][l] = e.model[model];
 	}
-	if (lanes < LANES)
-		for (int model = 0; model < STRAIN_MODELS; model++)
-			memset(energy[model] + lanes, 0, (LANES - lanes) * sizeof(float));
-	quad sum = sum_lanes(energy);
-	for (int model = 0; model < STRAIN_MODELS; model++)
-		mean->sum[i][model] += (double)sum[model];
 }
 
 /* Evaluates the pending frames; lanes behind them hold old frames, whose energies are dropped. */
 CLONES static void evaluate_block(struct strain_mean *mean)
 {
+	struct batch_energy energy;
+	const uint32_t lanes = mean->pending;
 	for (uint32_t c = 0; c < mean->cluster_count; c++) {
 		const struct cluster *cluster = &mean->cluster[c];
 		fill_tile(mean, cluster);
-		for (uint32_t i = cluster->first_face; i < cluster->first_face + cluster->face_count; i++)
-			add_face(mean, i, mean->pending);
+		for (uint32_t i = cluster->first_face; i < cluster->first_face + cluster->face_count; i += BATCH) {
+			for (uint32_t k = 0; k < BATCH; k++)
+				face_energies(mean, i + k, k, &energy);
+			for (int model = 0; model < STRAIN_MODELS; model++) {
+				for (uint32_t k = 0; lanes < LANES && k < BATCH; k++)
+					memset(energy.of[model][k] + lanes, 0, (LANES - lanes) * sizeof(float));
+				for (uint32_t k = 0; k < BATCH; k += 4)
+					add_four_faces(mean->sum[model] + i + k, &energy.of[model][k]);
+			}
+		}
 	}
 	mean->pending = 0;
 }
@@ -386,8 +404,8 @@ uint32_t strain_mean_finish(struct strain_mean *mean, double *const means[STRAIN
 	for (uint32_t i = 0; i < mean->rest->face_count; i++)
 		for (int model = 0; model < STRAIN_MODELS; model++)
 			if (means[model])
-				means[model][mean->order[i]] = frames ? mean->sum[i][model] / frames : 0;
-	memset(mean->sum, 0, mean->rest->face_count * sizeof *mean->sum);
+				means[model][mean->order[i]] = frames ? mean->sum[model][i] / frames : 0;
+	memset(mean->sum[0], 0, STRAIN_MODELS * (size_t)mean->places * sizeof(double));
 	mean->frame_count = 0;
 	return frames;
 }
