@@ -27,28 +27,37 @@ enum {
 
 typedef float quad __attribute__((vector_size(16))); /* the one vector that every machine has */
 
-struct energies {
-	float model[STRAIN_MODELS];
+/* What all three densities of a face are made of. With C = F^T F: t = tr(C - I), r2 = the squared difference of the
+ * eigenvalues of C. */
+struct invariants {
+	float t, r2;
 };
 
-/* The two sides of a face in a frame and its rest shape give all three densities. With C = F^T F, t = tr(C - I) and
- * r = the difference of its eigenvalues, the principal strains are (t + r) / 4 and (t - r) / 4, so that
- * |G|_F^2 = (t^2 + r^2) / 8 and |G|_2 = (|t| + r) / 4. The tensile part is all of G, one principal strain, or nothing.
- */
-static inline __attribute__((always_inline)) struct energies side_energies(const float first[3], const float second[3],
-									   const float inverse[3])
+/* From the two sides of a face in a frame, and its rest shape. */
+static inline __attribute__((always_inline)) struct invariants
+side_invariants(const float first[3], const float second[3], const float inverse[3])
 {
-	const float stvk_t = (float)(MU / 8 + LAMBDA / 8), stvk_r = (float)(MU / 8);
-	const float printed_s = (float)(MU / 4), printed_t = (float)(LAMBDA / 4);
-	const float tension_h = (float)(MU / 16 + LAMBDA / 32);
 	float f1x = first[0] * inverse[0], f2x = first[0] * inverse[1] + second[0] * inverse[2];
 	float f1y = first[1] * inverse[0], f2y = first[1] * inverse[1] + second[1] * inverse[2];
 	float f1z = first[2] * inverse[0], f2z = first[2] * inverse[1] + second[2] * inverse[2];
 	float c11 = f1x * f1x + f1y * f1y + f1z * f1z - 1;
 	float c22 = f2x * f2x + f2y * f2y + f2z * f2z - 1;
 	float c12 = f1x * f2x + f1y * f2y + f1z * f2z;
-	float t = c11 + c22, d = c11 - c22, s = c12 + c12;
-	float r2 = d * d + s * s;
+	float d = c11 - c22, s = c12 + c12;
+	return (struct invariants){c11 + c22, d * d + s * s};
+}
+
+struct energies {
+	float model[STRAIN_MODELS];
+};
+
+/* The principal strains are (t + r) / 4 and (t - r) / 4, so that |G|_F^2 = (t^2 + r^2) / 8 and |G|_2 = (|t| + r) / 4.
+ * The tensile part is all of G, one principal strain, or nothing. */
+static inline __attribute__((always_inline)) struct energies densities(float t, float r2)
+{
+	const float stvk_t = (float)(MU / 8 + LAMBDA / 8), stvk_r = (float)(MU / 8);
+	const float printed_s = (float)(MU / 4), printed_t = (float)(LAMBDA / 4);
+	const float tension_h = (float)(MU / 16 + LAMBDA / 32);
 	float r = sqrtf(r2);
 	float high = t + r > 0 ? t + r : 0;
 	float stvk = stvk_t * (t * t) + stvk_r * r2;
@@ -152,39 +161,40 @@ enum tw_status strain_rest_from_frame(struct strain_rest *rest, struct arena *ar
 /* --- one frame ------------------------------------------------------------------------------------------------------
  */
 
-/* A batch of faces, one a lane. */
-struct batch {
+/* Faces, one a lane. */
+struct lane_faces {
 	_Alignas(64) float first[3][LANES], second[3][LANES], inverse[3][LANES];
 };
 
-static inline __attribute__((always_inline)) void fill_batch(struct batch *batch, const struct strain_rest *rest,
-							     const float *position, uint32_t face, uint32_t lane)
+static inline __attribute__((always_inline)) void fill_lane(struct lane_faces *faces, const struct strain_rest *rest,
+							    const float *position, uint32_t face, uint32_t lane)
 {
 	const uint32_t *corner = rest->corner + 3 * (size_t)face;
 	const float *p = position + 3 * (size_t)corner[0];
 	const float *q = position + 3 * (size_t)corner[1];
 	const float *r = position + 3 * (size_t)corner[2];
 	for (size_t d = 0; d < 3; d++) {
-		batch->first[d][lane] = q[d] - p[d];
-		batch->second[d][lane] = r[d] - p[d];
-		batch->inverse[d][lane] = rest->inverse[3 * (size_t)face + d];
+		faces->first[d][lane] = q[d] - p[d];
+		faces->second[d][lane] = r[d] - p[d];
+		faces->inverse[d][lane] = rest->inverse[3 * (size_t)face + d];
 	}
 }
 
 CLONES void strain_density(const struct strain_rest *rest, enum strain_model model, const float *position,
 			   double *density)
 {
-	struct batch batch = {0};
+	struct lane_faces faces = {0};
 	for (uint32_t face = 0; face < rest->face_count; face += LANES) {
 		uint32_t lanes = rest->face_count - face < LANES ? rest->face_count - face : LANES;
 		for (uint32_t l = 0; l < lanes; l++)
-			fill_batch(&batch, rest, position, face + l, l);
+			fill_lane(&faces, rest, position, face + l, l);
 		float energy[STRAIN_MODELS][LANES];
 		for (int l = 0; l < LANES; l++) {
-			float first[3] = {batch.first[0][l], batch.first[1][l], batch.first[2][l]};
-			float second[3] = {batch.second[0][l], batch.second[1][l], batch.second[2][l]};
-			float inverse[3] = {batch.inverse[0][l], batch.inverse[1][l], batch.inverse[2][l]};
-			struct energies e = side_energies(first, second, inverse);
+			float first[3] = {faces.first[0][l], faces.first[1][l], faces.first[2][l]};
+			float second[3] = {faces.second[0][l], faces.second[1][l], faces.second[2][l]};
+			float inverse[3] = {faces.inverse[0][l], faces.inverse[1][l], faces.inverse[2][l]};
+			struct invariants i = side_invariants(first, second, inverse);
+			struct energies e = densities(i.t, i.r2);
 			for (int m = 0; m < STRAIN_MODELS; m++)
 				energy[m][l] = e.model[m];
 		}
@@ -202,10 +212,11 @@ struct cluster {
 	uint32_t first_vertex, vertex_count;
 };
 
-/* Energies of a few faces, lane by lane, before they are summed. */
+/* A few faces, lane by lane, on their way from invariants to energies to sums. */
 enum { BATCH = 8 };
-struct batch_energy {
-	_Alignas(64) float of[STRAIN_MODELS][BATCH][LANES];
+struct batch {
+	_Alignas(64) float t[BATCH][LANES], r2[BATCH][LANES];
+	_Alignas(64) float energy[STRAIN_MODELS][BATCH][LANES];
 };
 
 struct strain_mean {
@@ -349,8 +360,8 @@ static inline __attribute__((always_inline)) void add_four_faces(double *sum, fl
 }
 
 /* All lanes of the face at place `i`. */
-static inline __attribute__((always_inline)) void face_energies(const struct strain_mean *mean, uint32_t i,
-								uint32_t slot, struct batch_energy *energy)
+static inline __attribute__((always_inline)) void face_invariants(const struct strain_mean *mean, uint32_t i,
+								  float *restrict t, float *restrict r2)
 {
 	const uint16_t *corner = mean->corner[i];
 	float(*restrict p)[LANES] = mean->tile[corner[0]];
@@ -360,30 +371,41 @@ static inline __attribute__((always_inline)) void face_energies(const struct str
 	for (int l = 0; l < LANES; l++) {
 		float first[3] = {q[0][l] - p[0][l], q[1][l] - p[1][l], q[2][l] - p[2][l]};
 		float second[3] = {r[0][l] - p[0][l], r[1][l] - p[1][l], r[2][l] - p[2][l]};
-		struct energies e = side_energies(first, second, inverse);
-		for (int model = 0; model < STRAIN_MODELS; model++)
-			energy->of[model][slot][l] = e.model[model];
+		struct invariants invariants = side_invariants(first, second, inverse);
+		t[l] = invariants.t;
+		r2[l] = invariants.r2;
+	}
+}
+
+/* In stages, so that each has short chains of dependent operations and many of them under way. */
+static inline __attribute__((always_inline)) void add_batch(struct strain_mean *mean, struct batch *batch, uint32_t i,
+							    uint32_t lanes)
+{
+	for (uint32_t k = 0; k < BATCH; k++)
+		face_invariants(mean, i + k, batch->t[k], batch->r2[k]);
+	for (uint32_t k = 0; k < BATCH; k++)
+		for (uint32_t l = 0; l < LANES; l++) {
+			struct energies e = densities(batch->t[k][l], batch->r2[k][l]);
+			for (int model = 0; model < STRAIN_MODELS; model++)
+				batch->energy[model][k][l] = e.model[model];
+		}
+	for (int model = 0; model < STRAIN_MODELS; model++) {
+		for (uint32_t k = 0; lanes < LANES && k < BATCH; k++)
+			memset(batch->energy[model][k] + lanes, 0, (LANES - lanes) * sizeof(float));
+		for (uint32_t k = 0; k < BATCH; k += 4)
+			add_four_faces(mean->sum[model] + i + k, &batch->energy[model][k]);
 	}
 }
 
 /* Evaluates the pending frames; lanes behind them hold old frames, whose energies are dropped. */
 CLONES static void evaluate_block(struct strain_mean *mean)
 {
-	struct batch_energy energy;
-	const uint32_t lanes = mean->pending;
+	struct batch batch;
 	for (uint32_t c = 0; c < mean->cluster_count; c++) {
 		const struct cluster *cluster = &mean->cluster[c];
 		fill_tile(mean, cluster);
-		for (uint32_t i = cluster->first_face; i < cluster->first_face + cluster->face_count; i += BATCH) {
-			for (uint32_t k = 0; k < BATCH; k++)
-				face_energies(mean, i + k, k, &energy);
-			for (int model = 0; model < STRAIN_MODELS; model++) {
-				for (uint32_t k = 0; lanes < LANES && k < BATCH; k++)
-					memset(energy.of[model][k] + lanes, 0, (LANES - lanes) * sizeof(float));
-				for (uint32_t k = 0; k < BATCH; k += 4)
-					add_four_faces(mean->sum[model] + i + k, &energy.of[model][k]);
-			}
-		}
+		for (uint32_t i = cluster->first_face; i < cluster->first_face + cluster->face_count; i += BATCH)
+			add_batch(mean, &batch, i, mean->pending);
 	}
 	mean->pending = 0;
 }
