@@ -6,18 +6,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A file size limit and a quota mean the same to a client as a full disk, but only ENOSPC is SQLITE_FULL. */
-static bool is_full(sqlite3 *db, int code)
+/* A file size limit and a quota mean the same to a client as a full disk, but only ENOSPC is SQLITE_FULL. (errno
+ * itself, because sqlite3_system_errno does not know of the errors of a COMMIT.) */
+static bool is_full(int code, int cause)
 {
-	int cause = db ? sqlite3_system_errno(db) : 0;
 	return code == SQLITE_FULL || (code == SQLITE_IOERR && (cause == EFBIG || cause == EDQUOT || cause == ENOSPC));
 }
 
 enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error)
 {
+	int cause = errno;
 	int primary = code & 0xff;
 	const char *message = db ? sqlite3_errmsg(db) : sqlite3_errstr(code);
-	if (is_full(db, primary))
+	if (is_full(primary, cause))
 		return tw_fail(error, TW_ERROR_FULL, "store-full", NULL,
 			       "the store is full; free space on its disk or delete resources, then try again");
 	switch (primary) {
@@ -107,9 +108,12 @@ bool sql_step(struct sql *q)
 	if (q->code != SQLITE_OK)
 		return false;
 	q->column = 0;
+	errno = 0;
 	int code = sqlite3_step(q->statement);
-	if (code != SQLITE_ROW && code != SQLITE_DONE)
+	if (code != SQLITE_ROW && code != SQLITE_DONE) {
+		q->cause = errno;
 		note(q, code);
+	}
 	return code == SQLITE_ROW;
 }
 
@@ -153,6 +157,7 @@ char *sql_own_text(struct sql *q)
 enum tw_status sql_end(struct sql *q, struct tw_error *error)
 {
 	/* The message belongs to the connection, so it has to be taken before the statement is reset. */
+	errno = q->cause;
 	enum tw_status status = q->code == SQLITE_OK ? TW_OK : sql_fail(q->store->db, q->code, error);
 	if (q->statement) {
 		sqlite3_reset(q->statement);

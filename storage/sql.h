@@ -33,6 +33,7 @@ struct sql {
 	struct store *store;
 	sqlite3_stmt *statement; /* NULL where preparing failed */
 	int code;                /* the first SQLite error, or SQLITE_OK */
+	int cause;               /* errno of it */
 	int bound;               /* parameters bound so far */
 	int column;              /* next column to read */
 };
@@ -62,7 +63,7 @@ enum tw_status sql_end(struct sql *q, struct tw_error *error) TW_NODISCARD;
 /* Steps to the end, ends, and tells how many rows were changed (`changed` may be NULL). */
 enum tw_status sql_run(struct sql *q, int64_t *changed, struct tw_error *error) TW_NODISCARD;
 
-/* What a SQLite code means to the callers of this folder. */
+/* What a SQLite code means to the callers of this folder; errno must still be as SQLite left it. */
 enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error);
 
 /* `durable`: on the disk when transaction_end returns. */

@@ -1,0 +1,122 @@
+/* The rig's state and recordings. */
+#include "tests/unit/storage/fixture.h"
+
+#include "storage/rig.h"
+
+static struct rig_sample sample(int64_t number)
+{
+	struct rig_sample s = {.at_us = 1700000000000000 + 20000 * number};
+	for (int i = 0; i < RIG_CHANNELS; i++)
+		s.counts[i] = (uint16_t)((number * 7 + i * 131) % 1024);
+	return s;
+}
+
+static void the_state_is_replaced(void **state)
+{
+	struct fixture *f = *state;
+	struct rig_state rig;
+	ok(f, rig_get(f->store, &rig, &f->error));
+	assert_string_equal(rig.device, "");
+	assert_false(rig.has_sample);
+	for (int i = 0; i < 3; i++) {
+		struct rig_state put = {
+			.device = "tcp://box:502", .status = "connected", .has_sample = i > 0, .latest = sample(i)};
+		ok(f, rig_put(f->store, &put, &f->error));
+		ok(f, rig_get(f->store, &rig, &f->error));
+		assert_string_equal(rig.device, "tcp://box:502");
+		assert_int_equal(rig.has_sample, i > 0);
+		if (i > 0)
+			assert_memory_equal(&rig.latest, &put.latest, sizeof rig.latest);
+	}
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM rig"), 1);
+}
+
+static void a_recording_gives_its_samples_back_from_anywhere(void **state)
+{
+	struct fixture *f = *state;
+	enum { COUNT = 9000 };
+	struct rig_sample *samples = calloc(COUNT, sizeof *samples), back[100];
+	char id[STORE_ID_SIZE];
+	struct recording_extent extent;
+	bool cancel;
+	size_t got;
+	for (int i = 0; i < COUNT; i++)
+		samples[i] = sample(i);
+	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, recording_append(f->store, &ticket, samples, 50, 0.1, &cancel, &f->error));
+	ok(f, recording_append(f->store, &ticket, samples + 50, 0, 0.1, &cancel, &f->error));
+	ok(f, recording_append(f->store, &ticket, samples + 50, 8000, 0.5, &cancel, &f->error));
+	ok(f, recording_append(f->store, &ticket, samples + 8050, COUNT - 8050, 0.9, &cancel, &f->error));
+	for (uint64_t first = 0; first < COUNT; first += 37) {
+		ok(f, recording_read(f->store, id, first, back, 100, &got, &f->error));
+		assert_int_equal(got, COUNT - first < 100 ? COUNT - first : 100);
+		assert_memory_equal(back, samples + first, got * sizeof back[0]);
+	}
+	ok(f, recording_read(f->store, id, COUNT, back, 100, &got, &f->error));
+	assert_int_equal(got, 0);
+	ok(f, recording_extent(f->store, id, &extent, &f->error));
+	assert_int_equal(extent.sample_count, COUNT);
+	assert_int_equal(extent.first_us, samples[0].at_us);
+	assert_int_equal(extent.last_us, samples[COUNT - 1].at_us);
+	fixture_finish(f, &ticket);
+	refused(f, recording_append(f->store, &ticket, samples, 1, 1, &cancel, &f->error), TW_ERROR_CONFLICT,
+		"lease-lost");
+	ok(f, recording_extent(f->store, id, &extent, &f->error));
+	assert_int_equal(extent.sample_count, COUNT);
+	free(samples);
+}
+
+static void appending_keeps_the_lease_and_hears_of_a_cancel(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	struct rig_sample s = sample(0);
+	enum job_state after;
+	bool cancel = true;
+	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
+	struct job_ticket ticket = fixture_claim(f);
+	for (int i = 0; i < 5; i++) {
+		f->now_ms += 4000;
+		ok(f, recording_append(f->store, &ticket, &s, 1, 0.2, &cancel, &f->error));
+		assert_false(cancel);
+		assert_true(fixture_nothing_to_claim(f));
+	}
+	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, recording_append(f->store, &ticket, &s, 1, 0.2, &cancel, &f->error));
+	assert_true(cancel);
+}
+
+/* A recording that is made again begins anew; one that goes on after a crash keeps what it had. */
+static void a_second_attempt_keeps_the_samples_and_a_redrive_drops_them(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	struct rig_sample s = sample(0);
+	struct recording_extent extent;
+	struct tw_error failure = {TW_ERROR_IO, "rig", "", "no box"};
+	bool cancel;
+	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, recording_append(f->store, &ticket, &s, 1, 0, &cancel, &f->error));
+	f->now_ms += 5001;
+	ticket = fixture_claim(f);
+	ok(f, recording_append(f->store, &ticket, &s, 1, 0, &cancel, &f->error));
+	ok(f, recording_extent(f->store, id, &extent, &f->error));
+	assert_int_equal(extent.sample_count, 2);
+	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
+	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
+	ok(f, recording_extent(f->store, id, &extent, &f->error));
+	assert_int_equal(extent.sample_count, 0);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		TEST(the_state_is_replaced),
+		TEST(a_recording_gives_its_samples_back_from_anywhere),
+		TEST(appending_keeps_the_lease_and_hears_of_a_cancel),
+		TEST(a_second_attempt_keeps_the_samples_and_a_redrive_drops_them),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
