@@ -35,7 +35,7 @@ struct daemon {
 	struct listener listener;
 	int signals;
 	atomic_bool draining;
-	int64_t drain_until_ms;
+	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
 	int64_t next_sweep_ms;
 };
 
@@ -108,6 +108,9 @@ static enum tw_status start_workers(struct daemon *daemon, struct tw_error *erro
 		.store_url = daemon->config.store,
 		.metrics = daemon->metrics,
 		.workers = (unsigned)daemon->config.workers,
+		.threads = (unsigned)daemon->config.worker_threads,
+		.memory_mib = (uint64_t)daemon->config.worker_memory_mib,
+		.lease_s = (unsigned)daemon->config.lease_s,
 	};
 	return supervisor_start(&daemon->supervisor, &settings, error);
 }
@@ -156,7 +159,17 @@ static void begin_drain(struct daemon *daemon)
 		return;
 	log_event(LOG_LEVEL_INFO, "draining", "active=%u", http_active(daemon->http));
 	daemon->drain_until_ms = now_ms() + 1000 * daemon->config.drain_s;
+	daemon->give_back_ms = now_ms() + 500 * daemon->config.drain_s;
 	http_drain(daemon->http);
+	supervisor_drain(daemon->supervisor);
+}
+
+/* Half of the time is for running jobs to end; then they go back to the queue. */
+static void go_on_draining(struct daemon *daemon)
+{
+	if (!daemon->give_back_ms || now_ms() < daemon->give_back_ms)
+		return;
+	daemon->give_back_ms = 0;
 	supervisor_drain(daemon->supervisor);
 }
 
@@ -192,6 +205,7 @@ static void run(struct daemon *daemon)
 	while (!is_over(daemon)) {
 		poll(files, sizeof files / sizeof files[0], TICK_MS);
 		take_signals(daemon);
+		go_on_draining(daemon);
 		supervisor_tick(daemon->supervisor);
 		http_tick(daemon->http, supervisor_take_done(daemon->supervisor));
 		sweep(daemon);

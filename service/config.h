@@ -15,6 +15,9 @@ struct config {
 	char cors_origin[CONFIG_TEXT_SIZE]; /* "" for none */
 	char log_level[CONFIG_TEXT_SIZE];
 	int64_t workers;
+	int64_t worker_threads;
+	int64_t worker_memory_mib;
+	int64_t lease_s;
 	int64_t http_threads;
 	int64_t connections;
 	int64_t idle_timeout_s;

@@ -29,11 +29,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#define CONNECTION_MEMORY (64u << 10) /* head of a request, and its read buffer */
-#define STREAM_BLOCK (256u << 10)     /* read from the store at once */
-#define EARLY_ANSWER_BYTES (1u << 20) /* bodies above this are not read when the answer is known before them */
-#define SWALLOW_BYTES (1ull << 30)    /* of a body that has become pointless */
-#define TICK_HELD_MS 50               /* for jobs that end in a worker which is not ours */
+#define CONNECTION_MEMORY (64u << 10)  /* head of a request, and its read buffer */
+#define STREAM_BLOCK (256u << 10)      /* read from the store at once */
+#define EARLY_ANSWER_BYTES (16u << 20) /* bodies above this are not read when the answer is known before them */
+#define SWALLOW_BYTES (1ull << 30)     /* of a body that has become pointless */
+#define TICK_HELD_MS 50                /* for jobs that end in a worker which is not ours */
 #define TICK_PEERS_MS 500
 
 enum phase { PHASE_HEAD, PHASE_BODY, PHASE_HELD, PHASE_SENDING };

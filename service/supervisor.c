@@ -92,8 +92,15 @@ bool supervisor_take_done(struct supervisor *supervisor)
 
 static int spawn_worker(const struct supervisor *supervisor, pid_t *pid)
 {
-	char *arguments[] = {"tightwire", "worker", "--store", (char *)supervisor->settings.store_url, "--wake-fd", "3",
-			     "--done-fd", "4",      NULL};
+	const struct supervisor_settings *settings = &supervisor->settings;
+	char threads[32], memory[32], lease[32], wake[32], done[32];
+	snprintf(threads, sizeof threads, "--threads=%u", settings->threads);
+	snprintf(memory, sizeof memory, "--memory-mib=%llu", (unsigned long long)settings->memory_mib);
+	snprintf(lease, sizeof lease, "--lease-s=%u", settings->lease_s);
+	snprintf(wake, sizeof wake, "--wake-fd=%d", WORKER_WAKE_FD);
+	snprintf(done, sizeof done, "--done-fd=%d", WORKER_DONE_FD);
+	char *arguments[] = {"tightwire", "worker", "--store", (char *)settings->store_url, threads, memory, lease,
+			     wake,        done,     NULL};
 	posix_spawn_file_actions_t files;
 	posix_spawnattr_t attributes;
 	sigset_t none, defaults;

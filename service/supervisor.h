@@ -19,6 +19,9 @@ struct supervisor_settings {
 	const char *store_url;   /* all borrowed */
 	struct metrics *metrics; /* may be NULL */
 	unsigned workers;
+	unsigned threads; /* these three are handed to every worker: service/worker.h */
+	uint64_t memory_mib;
+	unsigned lease_s;
 };
 
 /* Starts the workers. The signal mask of the workers is empty whatever the caller's is. */
@@ -35,7 +38,8 @@ bool supervisor_take_done(struct supervisor *supervisor);
 /* To be called on SIGCHLD and a few times a second: takes note of workers that ended, starts those that are due. */
 void supervisor_tick(struct supervisor *supervisor);
 
-/* Asks all workers to end (SIGTERM) and starts no more; supervisor_alive counts those that are still there. */
+/* Asks all workers to end and starts no more: the first call lets running jobs end, the second gives them back to the
+ * queue. supervisor_alive counts the workers that are still there. */
 void supervisor_drain(struct supervisor *supervisor);
 unsigned supervisor_alive(const struct supervisor *supervisor);
 

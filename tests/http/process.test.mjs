@@ -1,0 +1,262 @@
+// The daemon as a process: settings, keys, workers that die, clients that dawdle, memory, and its own end.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { connect } from 'node:net';
+import { writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { Service, run, sleep, temporaryFolder, tightwire, until } from './service.mjs';
+
+async function withService(flags, claim, environment) {
+  const service = await Service.start(flags, environment);
+  try {
+    await claim(service);
+  } finally {
+    await service.stop();
+  }
+}
+
+const serve = (...flags) => spawnSync(tightwire, ['serve', ...flags], { encoding: 'utf8', timeout: 10000 });
+
+test('it refuses to listen beyond this machine without a key file', () => {
+  for (const listen of ['0.0.0.0:0', '[::]:0', ':0']) {
+    const { status, stderr } = serve('--listen', listen, '--store', 'sqlite::memory:');
+    assert.equal(status, 1, listen);
+    assert.match(stderr, /can be reached from other machines; give --key-file/);
+    assert.equal(stderr.trim().split('\n').length, 1);
+  }
+});
+
+test('wrong settings are a usage error that names its place', () => {
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'conf');
+  writeFileSync(file, '# a comment\n\nworkers = 2\nwrokers = 3\n');
+  for (const [flags, words] of [
+    [['--wrokers', '3'], /--wrokers: there is no such flag/],
+    [['--workers'], /--workers: the flag needs a value/],
+    [['--workers=many'], /workers is an integer from 0 to 256/],
+    [['--log-level', 'loud'], /log-level is one of error\|warning\|info\|debug/],
+    [['--config', file], /line 4: there is no setting "wrokers"/],
+    [['--config', '/does/not/exist'], /cannot be read/],
+  ]) {
+    const { status, stderr } = serve(...flags);
+    assert.equal(status, 2, flags.join(' '));
+    assert.match(stderr, words);
+  }
+  folder.remove();
+});
+
+test('a port that is taken, and a store that is none, are failures with one line', async () => {
+  await withService({}, (service) => {
+    const { status, stderr } = serve('--listen', service.url.slice(7), '--store', service.store);
+    assert.equal(status, 1);
+    assert.match(stderr, /cannot listen/);
+  });
+  const { status, stderr } = serve('--listen', '127.0.0.1:0', '--store', 'sqlite:/does/not/exist/store.db');
+  assert.equal(status, 1);
+  assert.equal(stderr.trim().split('\n').length, 1);
+});
+
+test('a flag goes before the environment, that before the file, that before the default', async () => {
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'conf');
+  writeFileSync(file, 'wait-limit-s = 2\nupload-limit-mib = 2\nidle-timeout-s = 2\n');
+  const limit = async (service) => {
+    const { headers } = await service.post('/v1/rig/recordings', { name: 'x' }, { prefer: 'wait=9' });
+    return headers.get('preference-applied');
+  };
+  await withService({ config: file }, async (service) => assert.equal(await limit(service), 'wait=2'));
+  await withService({ config: file }, async (service) => assert.equal(await limit(service), 'wait=1'), {
+    TIGHTWIRE_WAIT_LIMIT_S: '1',
+  });
+  await withService({ config: file, 'wait-limit-s': 0 }, async (service) => assert.equal(await limit(service), null), {
+    TIGHTWIRE_WAIT_LIMIT_S: '1',
+  });
+  folder.remove();
+});
+
+test('help lists every setting', () => {
+  const help = run('serve', '--help');
+  for (const name of ['listen', 'store', 'workers', 'config', 'key-file', 'upload-limit-mib', 'drain-s'])
+    assert.ok(help.includes(`--${name}`), name);
+});
+
+test('with a key file only its keys are let in, save to what must be open', async () => {
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'keys');
+  const made = spawnSync(tightwire, ['key', 'studio'], { encoding: 'utf8' });
+  const key = made.stderr.trim();
+  assert.match(made.stdout, /^studio [0-9a-f]{64}\n$/);
+  assert.ok(!made.stdout.includes(key));
+  writeFileSync(file, made.stdout);
+  await withService({ listen: '0.0.0.0:0', 'key-file': file }, async (service) => {
+    service.url = service.url.replace('0.0.0.0', '127.0.0.1');
+    for (const headers of [
+      {},
+      { authorization: `Bearer ${key}x` },
+      { authorization: `Basic ${key}` },
+      { authorization: 'Bearer' },
+    ]) {
+      const answer = await service.get('/v1/jobs', { headers });
+      assert.equal(answer.status, 401);
+      assert.equal(answer.json.type, 'urn:tightwire:problem:unauthorized');
+      assert.match(answer.headers.get('www-authenticate'), /^Bearer/);
+    }
+    assert.equal((await service.get('/v1/jobs', { headers: { authorization: `Bearer ${key}` } })).status, 200);
+    for (const path of ['/livez', '/readyz', '/openapi.yaml']) assert.equal((await service.get(path)).status, 200);
+    assert.equal((await service.get('/metrics')).status, 401);
+  });
+  writeFileSync(file, 'studio nothex\n');
+  assert.match(
+    serve('--key-file', file, '--store', `sqlite:${folder.path}/s.db`, '--listen', '127.0.0.1:0').stderr,
+    /line 1/,
+  );
+  folder.remove();
+});
+
+test('a worker that is killed is replaced, and again, after pauses', async () => {
+  await withService({ workers: 2 }, async (service) => {
+    for (let round = 0; round < 3; round++) {
+      const before = await until('two workers', () => service.workers().length === 2 && service.workers());
+      process.kill(before[0], 'SIGKILL');
+      await until('a new worker', () => service.workers().length === 2 && !service.workers().includes(before[0]));
+    }
+    assert.match(service.log, /worker-ended pid=\d+ signal=9/);
+    const { text } = await service.get('/metrics');
+    assert.match(text, /tightwire_worker_restarts_total 3\n/);
+    assert.match(text, /tightwire_workers 2\n/);
+  });
+});
+
+test('workers that die at once do not make the daemon spin', async () => {
+  await withService({ workers: 1 }, async (service) => {
+    for (const end = Date.now() + 1500; Date.now() < end; await sleep(5))
+      service.workers().forEach((pid) => process.kill(pid, 'SIGKILL'));
+    const starts = service.log.match(/worker-started/g).length;
+    assert.ok(starts >= 2 && starts <= 6, `${starts} starts`);
+    assert.equal((await service.get('/livez')).status, 200);
+  });
+});
+
+test('workers end when their daemon is killed', async () => {
+  await withService({ workers: 2 }, async (service) => {
+    const workers = await until('two workers', () => service.workers().length === 2 && service.workers());
+    await sleep(200);
+    service.process.kill('SIGKILL');
+    const lives = (pid) => {
+      try {
+        return process.kill(pid, 0);
+      } catch {
+        return false;
+      }
+    };
+    await until('both are gone', () => !workers.some(lives), 10);
+  });
+});
+
+test('SIGTERM drains: held requests are answered, workers end, exit code 0', async () => {
+  const service = await Service.start({ workers: 2 });
+  const held = service.post('/v1/rig/recordings', { name: 'held' }, { prefer: 'wait=30' });
+  const watched = service.get(
+    (await service.post('/v1/rig/recordings', { name: 'watched' })).json.job.id.replace(/^/, '/v1/jobs/') + '/events',
+  );
+  await sleep(300);
+  const workers = service.workers();
+  const start = Date.now();
+  const end = service.stop();
+  const answer = await held;
+  assert.equal(answer.status, 202);
+  assert.equal(answer.headers.get('connection'), 'close');
+  assert.match((await watched).text, /event: job/);
+  assert.deepEqual(await end, { code: 0, signal: null });
+  assert.ok(Date.now() - start < 5000);
+  for (const pid of workers) assert.throws(() => process.kill(pid, 0));
+  await assert.rejects(fetch(service.url + '/livez'));
+});
+
+test('a client that sends its head byte by byte is cut off, and idle connections too', async () => {
+  await withService({ 'idle-timeout-s': 1, connections: 16 }, async (service) => {
+    const port = Number(new URL(service.url).port);
+    const closed = [];
+    const drip = Array.from({ length: 12 }, (_, i) => {
+      const socket = connect(port, '127.0.0.1');
+      socket.on('error', () => {});
+      closed.push(new Promise((done) => socket.on('close', done)));
+      if (i % 2) socket.write('GET /livez HTTP/1.1\r\nHost: x\r\nX-Slow: ');
+      const timer = i % 2 && setInterval(() => socket.write('y'), 100);
+      socket.on('close', () => clearInterval(timer));
+      return socket;
+    });
+    const start = Date.now();
+    await Promise.all(closed);
+    assert.ok(Date.now() - start < 6000);
+    assert.equal((await service.get('/livez')).status, 200);
+    drip.forEach((socket) => socket.destroy());
+  });
+});
+
+test('more connections than the limit wait, and are served when others leave', async () => {
+  await withService({ connections: 8, 'idle-timeout-s': 1 }, async (service) => {
+    const port = Number(new URL(service.url).port);
+    const idle = Array.from({ length: 20 }, () => connect(port, '127.0.0.1').on('error', () => {}));
+    assert.equal((await service.get('/livez')).status, 200);
+    idle.forEach((socket) => socket.destroy());
+  });
+});
+
+test('a large upload does not make the daemon grow', async () => {
+  await withService({ workers: 0 }, async (service) => {
+    await service.get('/v1/meshes');
+    const before = service.residentBytes();
+    let most = 0;
+    const line = Buffer.from('v 0.123456 0.654321 0.111111\n'.repeat(40000));
+    let left = Math.ceil((150 << 20) / line.length);
+    const body = new ReadableStream({
+      pull(controller) {
+        most = Math.max(most, service.residentBytes());
+        left-- > 0 ? controller.enqueue(line) : controller.close();
+      },
+    });
+    const answer = await service.post(
+      '/v1/meshes?name=big.obj',
+      body,
+      { 'content-type': 'model/obj' },
+      { duplex: 'half' },
+    );
+    assert.equal(answer.status, 202);
+    most = Math.max(most, service.residentBytes());
+    assert.ok(most - before < 32 << 20, `grew by ${(most - before) >> 20} MiB`);
+    const { json } = await service.get(answer.json.href);
+    assert.equal(json.uploads[0].size_bytes, Math.ceil((150 << 20) / line.length) * line.length);
+  });
+});
+
+test('an upload that breaks off leaves nothing behind that counts', async () => {
+  await withService({}, async (service) => {
+    const socket = connect(Number(new URL(service.url).port), '127.0.0.1');
+    socket.write('POST /v1/meshes HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 5000000\r\n\r\n');
+    socket.write(Buffer.alloc(3000000, 'v'));
+    await sleep(200);
+    socket.destroy();
+    await until('the request has ended', () => service.log.includes('aborted=true'));
+    assert.deepEqual((await service.get('/v1/meshes')).json.items, []);
+    assert.equal((await service.get('/readyz')).status, 200);
+  });
+});
+
+test('a full store is 507, and the service goes on', async () => {
+  const folder = temporaryFolder();
+  await withService({ store: `sqlite:${folder.path}/small.db?limit_bytes=3000000` }, async (service) => {
+    const answer = await service.post('/v1/meshes?name=a.obj', Buffer.alloc(8 << 20, 'v 1 2 3\n'), {
+      'content-type': 'model/obj',
+    });
+    assert.equal(answer.status, 507);
+    assert.equal(answer.json.type, 'urn:tightwire:problem:store-full');
+    assert.deepEqual((await service.get('/v1/meshes')).json.items, []);
+    assert.equal(
+      (await service.post('/v1/meshes?name=a.obj', 'v 1 2 3\n', { 'content-type': 'model/obj' })).status,
+      202,
+    );
+  });
+  folder.remove();
+});
