@@ -27,6 +27,9 @@ static const struct handler {
 	enum tw_status (*run)(struct work *work, struct tw_error *error);
 } handlers[] = {
 	{RESOURCE_MESH, job_import_mesh},
+	{RESOURCE_MOTION, job_import_motion},
+	{RESOURCE_FIELD, job_compute_field},
+	{RESOURCE_LAYOUT, job_compute_layout},
 };
 
 /* How many times the process was asked to stop. */

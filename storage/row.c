@@ -59,9 +59,11 @@ static enum tw_status set_ended(struct store *store, int64_t job, enum job_state
 				struct tw_error *error)
 {
 	bool failed = state == JOB_FAILED && failure;
-	struct sql q = sql_query(store, "UPDATE job SET state = ?1, finished_ms = ?2, lease_until_ms = 0,"
-					" progress = CASE WHEN ?1 = 2 THEN 1.0 ELSE progress END, failure_status = ?3,"
-					" failure_type = ?4, failure_where = ?5, failure_text = ?6 WHERE number = ?7");
+	struct sql q = sql_query(
+		store,
+		"UPDATE job SET state = ?1, finished_ms = ?2, lease_until_ms = 0,"
+		" progress = iif(?1 = 2, 1.0, progress), partial = iif(?1 = 2, NULL, partial), failure_status = ?3,"
+		" failure_type = ?4, failure_where = ?5, failure_text = ?6 WHERE number = ?7");
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, failed ? failure->status : TW_OK);
