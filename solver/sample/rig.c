@@ -1,0 +1,173 @@
+/* Skinning by dual quaternions: L. Kavan, S. Collins, J. Zara, C. O'Sullivan: "Geometric Skinning with Approximate Dual
+ * Quaternion Blending", ACM TOG 27(4), 2008. How much a bone moves a vertex is a smooth function of its place in rest,
+ * so a finer mesh of the same suit moves just as a coarse one. */
+#include "solver/sample/body.h"
+#include "solver/sample/motion.h"
+#include "solver/sample/pose.h"
+#include "solver/sample/sample.h"
+#include "solver/sample/size.h"
+
+#include <string.h>
+
+/* Bones that move one vertex; more never matter. */
+enum { INFLUENCES = 6 };
+
+struct influence {
+	float weight[INFLUENCES]; /* sums to 1; 0 where unused; the largest first */
+	uint8_t bone[INFLUENCES];
+};
+
+struct sample_rig {
+	struct vec3 scale;
+	uint32_t vertex_count;
+	const double *rest; /* borrowed from the garment: [vertex_count][3] */
+	struct influence *influence;
+};
+
+/* 0 below `from`, 1 above `to`, with two continuous derivatives. */
+static double rise(double from, double to, double x)
+{
+	double t = (x - from) / (to - from);
+	t = t < 0 ? 0 : t > 1 ? 1 : t;
+	return t * t * t * (10 - t * (15 - 6 * t));
+}
+
+/* Along the left arm or leg from its root joint, mm. */
+static double along(enum bone root, enum bone end, struct vec3 p)
+{
+	struct vec3 axis = vec3_unit(vec3_sub(pose_joint(end), pose_joint(root)));
+	return vec3_dot(vec3_sub(p, pose_joint(end)), axis);
+}
+
+/* Weights of all bones at p, size L. */
+static void weights_at(const struct body *body, struct vec3 p, double weight[BONE_COUNT])
+{
+	int side = p.x < 0;
+	struct vec3 left = {fabs(p.x), p.y, p.z};
+	double arm = rise(-80, 80, body_cut_side(body, CUT_ARMHOLE, left));
+	double fore = rise(-90, 90, along(BONE_UPPER_ARM, BONE_FOREARM, left));
+	double crease = 0.745 * left.x - 0.667 * (left.y - 775);
+	double leg = (1 - arm) * rise(-100, 120, crease) * rise(1060, 960, left.y);
+	double shin = rise(-105, 105, along(BONE_THIGH, BONE_SHIN, left));
+	double across = rise(-50, 50, left.x);
+	double trunk = 1 - arm - leg;
+	double lumbar = rise(960, 1140, left.y), chest = rise(1110, 1300, left.y);
+	double girdle = 0.85 * rise(1320, 1440, left.y) * rise(15, 125, left.x);
+	weight[BONE_PELVIS] = trunk * (1 - lumbar);
+	weight[BONE_LUMBAR] = trunk * lumbar * (1 - chest);
+	weight[BONE_CHEST] = trunk * lumbar * chest * (1 - girdle);
+	weight[BONE_CLAVICLE + side] = trunk * lumbar * chest * girdle;
+	weight[BONE_CLAVICLE + !side] = 0;
+	weight[BONE_UPPER_ARM + side] = arm * (1 - fore);
+	weight[BONE_FOREARM + side] = arm * fore;
+	weight[BONE_UPPER_ARM + !side] = weight[BONE_FOREARM + !side] = 0;
+	weight[BONE_THIGH + side] = leg * across * (1 - shin);
+	weight[BONE_SHIN + side] = leg * across * shin;
+	weight[BONE_THIGH + !side] = leg * (1 - across) * (1 - shin);
+	weight[BONE_SHIN + !side] = leg * (1 - across) * shin;
+}
+
+static void keep_strongest(struct influence *influence, const double weight[BONE_COUNT])
+{
+	double left[BONE_COUNT], sum = 0;
+	memcpy(left, weight, sizeof left);
+	memset(influence, 0, sizeof *influence);
+	for (int i = 0; i < INFLUENCES; i++) {
+		int best = 0;
+		for (int b = 1; b < BONE_COUNT; b++)
+			best = left[b] > left[best] ? b : best;
+		influence->bone[i] = (uint8_t)best;
+		influence->weight[i] = (float)left[best];
+		sum += left[best];
+		left[best] = 0;
+	}
+	for (int i = 0; i < INFLUENCES; i++)
+		influence->weight[i] = (float)((double)influence->weight[i] / sum);
+}
+
+enum tw_status sample_rig_build(struct sample_rig **rig, struct arena *arena, const struct garment *garment,
+				enum sample_size size, struct tw_error *error)
+{
+	struct body body;
+	body_init(&body);
+	struct sample_rig *made = ARENA_ZEROED(arena, 1, struct sample_rig);
+	if (!made)
+		return tw_fail_memory(error);
+	made->scale = size_scale(size);
+	made->vertex_count = garment->vertex_count;
+	made->rest = garment->position;
+	made->influence = ARENA_ARRAY(arena, garment->vertex_count, struct influence);
+	if (!made->influence)
+		return tw_fail_memory(error);
+	for (uint32_t v = 0; v < garment->vertex_count; v++) {
+		const double *p = garment->position + 3 * (size_t)v;
+		double weight[BONE_COUNT];
+		struct vec3 s = made->scale;
+		weights_at(&body, (struct vec3){p[0] / s.x, p[1] / s.y, p[2] / s.z}, weight);
+		keep_strongest(&made->influence[v], weight);
+	}
+	*rig = made;
+	return TW_OK;
+}
+
+/* A rigid motion as a dual quaternion: turn + eps * half the move times the turn. */
+struct dual {
+	struct quaternion real, dual;
+};
+
+static struct dual dual_from(const struct rigid *rigid)
+{
+	struct quaternion q = rigid->turn;
+	struct vec3 t = vec3_scale(rigid->move, 0.5);
+	return (struct dual){q,
+			     {-t.x * q.x - t.y * q.y - t.z * q.z, t.x * q.w + t.y * q.z - t.z * q.y,
+			      -t.x * q.z + t.y * q.w + t.z * q.x, t.x * q.y - t.y * q.x + t.z * q.w}};
+}
+
+static double dot4(struct quaternion a, struct quaternion b)
+{
+	return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static struct quaternion step4(struct quaternion a, struct quaternion b, double s)
+{
+	return (struct quaternion){a.w + s * b.w, a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
+
+static struct vec3 moved(const struct dual bone[BONE_COUNT], const struct influence *influence, struct vec3 p)
+{
+	struct quaternion r = {0, 0, 0, 0}, d = r, first = bone[influence->bone[0]].real;
+	for (int i = 0; i < INFLUENCES && influence->weight[i] > 0; i++) {
+		const struct dual *b = &bone[influence->bone[i]];
+		double w = (double)influence->weight[i];
+		/* A turn and its negative are the same turn; take the one nearer to the strongest bone's. */
+		w = dot4(b->real, first) < 0 ? -w : w;
+		r = step4(r, b->real, w);
+		d = step4(d, b->dual, w);
+	}
+	double size = 1 / sqrt(dot4(r, r));
+	r = step4((struct quaternion){0, 0, 0, 0}, r, size);
+	d = step4((struct quaternion){0, 0, 0, 0}, d, size);
+	struct vec3 axis = {r.x, r.y, r.z}, dual = {d.x, d.y, d.z};
+	struct vec3 turn = vec3_cross(axis, vec3_step(vec3_cross(axis, p), p, r.w));
+	struct vec3 move = vec3_step(vec3_sub(vec3_scale(dual, r.w), vec3_scale(axis, d.w)), vec3_cross(axis, dual), 1);
+	return vec3_step(vec3_step(p, turn, 2), move, 2);
+}
+
+void sample_rig_pose(const struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position)
+{
+	struct pose pose;
+	struct rigid bone[BONE_COUNT];
+	struct dual dual[BONE_COUNT];
+	motion_pose(&pose, motion, frame);
+	pose_bones(bone, &pose, rig->scale);
+	for (int b = 0; b < BONE_COUNT; b++)
+		dual[b] = dual_from(&bone[b]);
+	for (uint32_t v = 0; v < rig->vertex_count; v++) {
+		const double *p = rig->rest + 3 * (size_t)v;
+		struct vec3 q = moved(dual, &rig->influence[v], (struct vec3){p[0], p[1], p[2]});
+		position[3 * (size_t)v] = (float)q.x;
+		position[3 * (size_t)v + 1] = (float)q.y;
+		position[3 * (size_t)v + 2] = (float)q.z;
+	}
+}
