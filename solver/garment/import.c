@@ -182,7 +182,7 @@ enum tw_status garment_import(struct garment *garment, struct arena *arena, cons
 			      const struct garment_source *pattern, const struct import_options *options,
 			      struct garment_report *report, struct tw_error *error)
 {
-	struct tw_error unread;
+	struct tw_error unread = {0};
 	*report = (struct garment_report){0};
 	struct draft draft = {.arena = arena_new(scratch_bytes), .report = report, .error = error ? error : &unread};
 	if (!draft.arena)
