@@ -10,6 +10,7 @@ struct command {
 	const char *summary;
 };
 
+int command_sample(int argc, char **argv);
 int command_steiner(int argc, char **argv);
 int command_rig(int argc, char **argv);
 int command_serve(int argc, char **argv);
