@@ -414,7 +414,8 @@ static void open_drawing(const struct sheet *sheet)
 	text_add(sheet->text, " ");
 	text_number(sheet->text, height, 3);
 	text_add(sheet->text, "\" font-family=\"sans-serif\" font-size=\"12\">\n"
-			      "<title>tightwire pattern, millimetres, true scale</title>\n");
+			      "<title>tightwire pattern, millimetres, true scale</title>\n"
+			      "<rect id=\"page\" width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n");
 }
 
 void write_pattern_svg(const struct layout_result *result, struct text *text)
