@@ -1,0 +1,267 @@
+/* The api without a socket: requests made on the stack, responses looked at in memory. */
+#include "api/api.h"
+
+#include "api/route.h"
+#include "storage/resource.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+struct fixture {
+	char folder[64], url[128];
+	struct api *api;
+	int jobs_added;
+	bool ready;
+	const char *headers[8][2]; /* of the next request */
+	struct api_exchange *exchange;
+	json_t *json; /* of the last response; NULL when it is none */
+};
+
+static void count_job(void *context)
+{
+	((struct fixture *)context)->jobs_added++;
+}
+
+static bool is_ready(void *context, char *why, size_t size)
+{
+	snprintf(why, size, "not now");
+	return ((struct fixture *)context)->ready;
+}
+
+static int set_up(void **state)
+{
+	struct fixture *f = calloc(1, sizeof *f);
+	struct tw_error error = {0};
+	snprintf(f->folder, sizeof f->folder, "/tmp/tightwire-api-XXXXXX");
+	assert_non_null(mkdtemp(f->folder));
+	snprintf(f->url, sizeof f->url, "sqlite:%s/store.db", f->folder);
+	f->ready = true;
+	struct api_settings settings = {
+		.store_url = f->url,
+		.upload_limit_bytes = 1 << 20,
+		.wait_limit_s = 5,
+		.hooks = {.job_added = count_job, .ready = is_ready, .context = f},
+	};
+	assert_int_equal(api_open(&f->api, &settings, &error), TW_OK);
+	*state = f;
+	return 0;
+}
+
+static void forget(struct fixture *f)
+{
+	api_exchange_free(f->exchange);
+	json_decref(f->json);
+	f->exchange = NULL;
+	f->json = NULL;
+}
+
+static int tear_down(void **state)
+{
+	struct fixture *f = *state;
+	char command[128];
+	forget(f);
+	api_close(f->api);
+	snprintf(command, sizeof command, "rm -rf %s", f->folder);
+	int code = system(command); /* NOLINT(cert-env33-c): our own folder */
+	free(f);
+	return code;
+}
+
+static const char *find_header(void *context, const char *name)
+{
+	const struct fixture *f = context;
+	for (size_t i = 0; i < 8 && f->headers[i][0]; i++)
+		if (!strcasecmp(f->headers[i][0], name))
+			return f->headers[i][1];
+	return NULL;
+}
+
+static enum api_state drive(struct fixture *f, const char *method, const char *target, const char *body, size_t size)
+{
+	struct api_request request = {method, target, find_header, f};
+	f->exchange = api_exchange_new(f->api, target);
+	assert_non_null(f->exchange);
+	enum api_state state = api_exchange_headers(f->exchange, &request);
+	for (size_t at = 0; state == API_READING && at < size; at += 7)
+		state = api_exchange_body(f->exchange, body + at, size - at < 7 ? size - at : 7);
+	return state == API_READING ? api_exchange_end(f->exchange) : state;
+}
+
+/* Sends a request whose body comes in small pieces; the response's status. */
+static unsigned ask(struct fixture *f, const char *method, const char *target, const char *body)
+{
+	forget(f);
+	assert_int_equal(drive(f, method, target, body ? body : "", body ? strlen(body) : 0), API_ANSWERED);
+	struct api_response *response = api_exchange_response(f->exchange);
+	if (response->bytes)
+		f->json = json_loadb(response->bytes, response->size, 0, NULL);
+	return response->status;
+}
+
+static const char *text(const struct fixture *f, const char *name)
+{
+	return json_string_value(json_object_get(f->json, name));
+}
+
+static const char *header(const struct fixture *f, const char *name)
+{
+	return response_get_header(api_exchange_response(f->exchange), name);
+}
+
+static void set_header(struct fixture *f, const char *name, const char *value)
+{
+	f->headers[0][0] = name;
+	f->headers[0][1] = value;
+}
+
+static void every_route_answers_with_its_own_template(void **state)
+{
+	struct fixture *f = *state;
+	for (const struct route *r = api_routes; r->method; r++) {
+		forget(f);
+		(void)drive(f, r->method, r->path, "", 0);
+		assert_ptr_equal(api_exchange_route(f->exchange), r);
+	}
+}
+
+static void a_new_mesh_is_a_queued_job(void **state)
+{
+	struct fixture *f = *state;
+	set_header(f, "Content-Type", "model/obj");
+	assert_int_equal(ask(f, "POST", "/v1/meshes?name=suit.obj&unit=cm", "v 1 2 3\n"), 202);
+	assert_int_equal(f->jobs_added, 1);
+	assert_string_equal(text(f, "name"), "suit.obj");
+	assert_string_equal(text(f, "state"), "queued");
+	assert_string_equal(header(f, "Location"), text(f, "href"));
+	char path[128];
+	snprintf(path, sizeof path, "%s", text(f, "href"));
+	assert_int_equal(ask(f, "GET", path, NULL), 200);
+	assert_string_equal(json_string_value(json_object_get(json_object_get(f->json, "options"), "unit")), "cm");
+}
+
+static void the_same_mesh_again_is_no_new_job(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	set_header(f, "Content-Type", "model/obj");
+	ask(f, "POST", "/v1/meshes?name=suit.obj", "v 1 2 3\n");
+	snprintf(id, sizeof id, "%s", text(f, "id"));
+	ask(f, "POST", "/v1/meshes?name=suit.obj", "v 1 2 3\n");
+	assert_string_equal(text(f, "id"), id);
+	assert_int_equal(f->jobs_added, 1);
+}
+
+static void an_early_refusal_reads_no_body(void **state)
+{
+	struct fixture *f = *state;
+	struct api_request request = {"POST", "", find_header, f};
+	set_header(f, "Content-Length", "1048577");
+	f->exchange = api_exchange_new(f->api, "/v1/meshes");
+	assert_int_equal(api_exchange_headers(f->exchange, &request), API_ANSWERED);
+	assert_int_equal(api_exchange_body(f->exchange, "more", 4), API_ANSWERED);
+	assert_int_equal(api_exchange_end(f->exchange), API_ANSWERED);
+	assert_int_equal(api_exchange_response(f->exchange)->status, 413);
+}
+
+static void an_upload_above_the_limit_leaves_nothing(void **state)
+{
+	struct fixture *f = *state;
+	size_t size = (1 << 20) + 1;
+	char *body = malloc(size);
+	memset(body, 'v', size);
+	assert_int_equal(drive(f, "POST", "/v1/meshes", body, size), API_ANSWERED);
+	assert_int_equal(api_exchange_response(f->exchange)->status, 413);
+	free(body);
+	assert_int_equal(ask(f, "GET", "/v1/meshes", NULL), 200);
+	assert_int_equal(json_array_size(json_object_get(f->json, "items")), 0);
+	assert_int_equal(f->jobs_added, 0);
+}
+
+static void an_unfinished_exchange_can_be_dropped_at_any_time(void **state)
+{
+	struct fixture *f = *state;
+	struct api_request request = {"POST", "", find_header, f};
+	f->exchange = api_exchange_new(f->api, "/v1/meshes");
+	api_exchange_free(f->exchange);
+	f->exchange = api_exchange_new(f->api, "/v1/meshes");
+	assert_int_equal(api_exchange_headers(f->exchange, &request), API_READING);
+	assert_int_equal(api_exchange_body(f->exchange, "v 1", 3), API_READING);
+}
+
+static void a_wait_is_held_until_the_job_has_ended(void **state)
+{
+	struct fixture *f = *state;
+	char path[128];
+	set_header(f, "Prefer", "wait=2");
+	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), API_HELD);
+	assert_false(api_exchange_is_due(f->exchange, 0));
+	assert_true(api_exchange_is_due(f->exchange, INT64_MAX));
+	struct api_exchange *held = f->exchange;
+	f->exchange = NULL;
+	ask(f, "GET", "/v1/jobs", NULL);
+	json_t *job = json_array_get(json_object_get(f->json, "items"), 0);
+	snprintf(path, sizeof path, "/v1/jobs/%s/cancel", json_string_value(json_object_get(job, "id")));
+	assert_int_equal(ask(f, "POST", path, NULL), 200);
+	assert_true(api_exchange_is_due(held, 0));
+	assert_int_equal(api_exchange_resume(held), API_ANSWERED);
+	assert_int_equal(api_exchange_response(held)->status, 200);
+	assert_string_equal(response_get_header(api_exchange_response(held), "Preference-Applied"), "wait=2");
+	api_exchange_free(held);
+}
+
+static void a_wait_is_no_longer_than_the_service_allows(void **state)
+{
+	struct fixture *f = *state;
+	set_header(f, "Prefer", "wait=500");
+	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), API_HELD);
+	assert_string_equal(header(f, "Preference-Applied"), "wait=5");
+	assert_int_equal(api_exchange_resume(f->exchange), API_ANSWERED);
+	assert_int_equal(api_exchange_response(f->exchange)->status, 202);
+}
+
+static void a_service_that_drains_is_alive_and_not_ready(void **state)
+{
+	struct fixture *f = *state;
+	assert_int_equal(ask(f, "GET", "/readyz", NULL), 200);
+	f->ready = false;
+	assert_int_equal(ask(f, "GET", "/readyz", NULL), 503);
+	assert_string_equal(text(f, "detail"), "not now");
+	assert_int_equal(ask(f, "GET", "/livez", NULL), 200);
+}
+
+static void a_header_of_a_response_cannot_be_split(void **state)
+{
+	struct api_response response = {0};
+	(void)state;
+	response_header(&response, "X-A", "%s", "a\r\nSet-Cookie: b");
+	assert_null(response_get_header(&response, "X-A"));
+	response_header(&response, "X-A", "1");
+	response_header(&response, "x-a", "2");
+	assert_string_equal(response_get_header(&response, "X-A"), "2");
+	response_clear(&response);
+}
+
+#define CLAIM(claim) cmocka_unit_test_setup_teardown(claim, set_up, tear_down)
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		CLAIM(every_route_answers_with_its_own_template),
+		CLAIM(a_new_mesh_is_a_queued_job),
+		CLAIM(the_same_mesh_again_is_no_new_job),
+		CLAIM(an_early_refusal_reads_no_body),
+		CLAIM(an_upload_above_the_limit_leaves_nothing),
+		CLAIM(an_unfinished_exchange_can_be_dropped_at_any_time),
+		CLAIM(a_wait_is_held_until_the_job_has_ended),
+		CLAIM(a_wait_is_no_longer_than_the_service_allows),
+		CLAIM(a_service_that_drains_is_alive_and_not_ready),
+		cmocka_unit_test(a_header_of_a_response_cannot_be_split),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
