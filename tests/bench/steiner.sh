@@ -35,7 +35,7 @@ solve() { # NAME OPTIMUM: one row
 list() { # LIST COMMAND…: COMMAND NAME writes the instance
 	rows_of=$1; shift
 	[ -f "$rows_of" ] || return 0
-	tail -n +2 "$rows_of" | grep -E "$only" | while IFS= read -r row; do echo "${row%%,*} ${row##*,}"; done >"$file.list"
+	tail -n +2 "$rows_of" | tr -d "\r" | grep -E "$only" | while IFS= read -r row; do echo "${row%%,*} ${row##*,}"; done >"$file.list"
 	while read -r name optimum; do
 		"$@" "$name" >"$file" || { echo "$name: cannot be read"; continue; }
 		solve "$name" "$optimum"
