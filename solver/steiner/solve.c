@@ -2,6 +2,7 @@
 #include "solver/steiner/dp.h"
 #include "solver/steiner/guess.h"
 #include "solver/steiner/primal.h"
+#include "solver/steiner/reduce.h"
 #include "solver/steiner/search.h"
 
 #include <string.h>
@@ -10,7 +11,17 @@ static enum tw_status run_stages(struct search *search)
 {
 	search_enter(search, "first tree");
 	enum tw_status status = primal_first(search);
-	if (status != TW_OK || search->instance.terminal_count == 1)
+	if (status != TW_OK)
+		return status;
+	search_enter(search, "reductions");
+	status = reduce_instance(search);
+	if (status == TW_OK && search->instance.terminal_count == 1) {
+		status = search_offer(search, NULL, 0);
+		if (status == TW_OK)
+			search->lower_bound = search->best_weight;
+		return status;
+	}
+	if (status != TW_OK)
 		return status;
 	struct dual dual;
 	search_enter(search, "dual ascent");
@@ -22,6 +33,9 @@ static enum tw_status run_stages(struct search *search)
 	if (search_uses(search, STEINER_REASCENT))
 		status = dual_improve(&dual, search, 100ull * search->instance.edge_count, search_cutoff(search));
 	search_bound(search, dual_fine_bound(&dual));
+	search_enter(search, "primal heuristics");
+	if (status == TW_OK)
+		status = primal_improve(search, &dual, 60ull * search->instance.edge_count);
 	return status == TW_OK ? guess_solve(search, &dual, 0) : status;
 }
 

@@ -156,6 +156,81 @@ static void totals_of_62_bits_are_exact(void **state)
 	assert_int_equal(solve(&c).weight, 6 * heavy - 1);
 }
 
+static void a_hub_of_250_spokes_is_no_trouble(void **state)
+{
+	(void)state;
+	struct instance_case c = {.vertex_count = 251};
+	for (uint32_t v = 1; v < 251; v++) {
+		case_edge(&c, 0, v);
+		case_edge(&c, v, v % 250 + 1);
+	}
+	for (uint32_t e = 0; e < c.edge_count; e++)
+		c.weight[e] = e % 2 ? 3 : 2; /* spokes 2, rim 3 */
+	c.terminal_count = 100;
+	for (uint32_t i = 0; i < 100; i++)
+		c.terminal[i] = 2 * i + 1;
+	assert_int_equal(solve(&c).weight, 200);
+}
+
+/* All vertices terminals: a minimum spanning tree, here by Kruskal without sorting. */
+static uint64_t spanning_weight(const struct instance_case *c)
+{
+	uint32_t group[CASE_VERTICES];
+	uint8_t used[CASE_EDGES] = {0};
+	uint64_t sum = 0;
+	for (uint32_t v = 0; v < c->vertex_count; v++)
+		group[v] = v;
+	for (;;) {
+		uint32_t best = c->edge_count;
+		for (uint32_t e = 0; e < c->edge_count; e++)
+			if (!used[e] && group[c->ends[2 * e]] != group[c->ends[2 * e + 1]] &&
+			    (best == c->edge_count || c->weight[e] < c->weight[best]))
+				best = e;
+		if (best == c->edge_count)
+			return sum;
+		used[best] = 1;
+		sum += c->weight[best];
+		const uint32_t from = group[c->ends[2 * best]], to = group[c->ends[2 * best + 1]];
+		for (uint32_t v = 0; v < c->vertex_count; v++)
+			if (group[v] == from)
+				group[v] = to;
+	}
+}
+
+static void all_vertices_terminals_is_a_spanning_tree(void **state)
+{
+	(void)state;
+	for (uint32_t kind = 0; kind < WEIGHT_KINDS; kind++) {
+		struct instance_case c = grid(15, 15, kind, 7);
+		c.terminal_count = c.vertex_count;
+		for (uint32_t i = 0; i < c.vertex_count; i++)
+			c.terminal[i] = i;
+		assert_int_equal(solve(&c).weight, spanning_weight(&c));
+	}
+}
+
+static void a_tree_with_130_terminals_is_cut_to_them(void **state)
+{
+	(void)state;
+	uint64_t numbers = 3;
+	struct instance_case c = {.vertex_count = 250};
+	uint8_t needed[CASE_VERTICES] = {0};
+	for (uint32_t v = 1; v < c.vertex_count; v++)
+		case_edge(&c, v, v / 2);
+	weigh(&c, 3, &numbers);
+	c.terminal_count = 130;
+	for (uint32_t i = 0; i < c.terminal_count; i++)
+		needed[c.terminal[i] = c.vertex_count - 1 - i] = 1;
+	/* Edge v - 1 leads up from v; the terminals lie on both sides of 1, and nothing needs 0. */
+	uint64_t expected = 0;
+	for (uint32_t v = c.vertex_count - 1; v > 1; v--)
+		if (needed[v]) {
+			expected += c.weight[v - 1];
+			needed[v / 2] = 1;
+		}
+	assert_int_equal(solve(&c).weight, expected);
+}
+
 static void parallel_edges_give_the_lightest(void **state)
 {
 	(void)state;
@@ -205,6 +280,9 @@ int main(void)
 		cmocka_unit_test(bad_terminals_are_refused),
 		cmocka_unit_test(zero_weights_give_a_tree_not_a_cycle),
 		cmocka_unit_test(totals_of_62_bits_are_exact),
+		cmocka_unit_test(a_hub_of_250_spokes_is_no_trouble),
+		cmocka_unit_test(all_vertices_terminals_is_a_spanning_tree),
+		cmocka_unit_test(a_tree_with_130_terminals_is_cut_to_them),
 		cmocka_unit_test(parallel_edges_give_the_lightest),
 		cmocka_unit_test(equal_input_gives_equal_bytes_for_any_number_of_threads),
 	};
