@@ -411,9 +411,9 @@ static void print_row(const char *what, double ours, double baseline, const char
 {
 	if (!isfinite(ours))
 		return;
-	printf("  %-18s %12.4g", what, ours);
+	printf("  %-18s %12.2f", what, ours);
 	if (isfinite(baseline))
-		printf(" %12.4g %9.1f %%", baseline, baseline > 0 ? 100 * (1 - ours / baseline) : 0);
+		printf(" %12.2f %9.1f %%", baseline, baseline > 0 ? 100 * (1 - ours / baseline) : 0);
 	printf("  %s\n", unit);
 }
 

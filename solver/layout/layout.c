@@ -15,6 +15,7 @@ static const struct writer {
 } writers[] = {
 	{"layout.json", "application/json", write_layout_json},
 	{"pattern.svg", "image/svg+xml", write_pattern_svg},
+	{"suit.svg", "image/svg+xml", write_suit_svg},
 };
 enum { WRITER_COUNT = sizeof writers / sizeof *writers };
 _Static_assert((int)WRITER_COUNT <= (int)LAYOUT_ARTIFACTS_MAX, "more writers than a layout may have artifacts");

@@ -29,6 +29,7 @@ struct layout_result {
 /* Writers: the text's own failure is the only one. */
 void write_layout_json(const struct layout_result *result, struct text *text);
 void write_pattern_svg(const struct layout_result *result, struct text *text);
+void write_suit_svg(const struct layout_result *result, struct text *text);
 
 /* The name that a result calls a terminal: its own, or "T1", "T2", … by its index. `buffer` has at least 16 bytes. */
 const char *terminal_name(const struct layout_request *request, uint32_t terminal, char *buffer);

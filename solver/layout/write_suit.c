@@ -1,0 +1,227 @@
+/* suit.svg: the worn suit from the front and from behind, with its seams, the wires in their strips, the baseline's
+ * wires as dashed lines, and the terminals. One unit is one millimetre on the wearer. The cloth is drawn as rows of
+ * equal shade, a path for each shade, so the size of the file does not depend on the mesh. */
+#include "solver/layout/result.h"
+#include "solver/pattern/view.h"
+
+enum { MARGIN_MM = 60, GAP_MM = 80, NAMES_MAX = 20 };
+static const double cell_mm = 2.5;
+static const double slack_mm = 6; /* cloth this little before a wire does not hide it */
+
+struct drawing {
+	const struct layout_result *result;
+	struct text *text;
+	struct view view[2];
+	double shift[2]; /* of a view's left edge on the page */
+	double top;      /* of both */
+};
+
+static struct vec2 on_page(const struct drawing *drawing, int side, const double point[3])
+{
+	double depth;
+	struct vec2 p = view_point(&drawing->view[side], point, &depth);
+	return (struct vec2){p.x - drawing->view[side].left + drawing->shift[side], drawing->top - p.y};
+}
+
+static void add_xy(struct text *text, struct vec2 p)
+{
+	text_number(text, p.x, 1);
+	text_add(text, " ");
+	text_number(text, p.y, 1);
+}
+
+/* All rows of one shade, each run from where the last one ended. */
+static void add_shade(const struct drawing *drawing, int side, uint8_t shade)
+{
+	const struct view *view = &drawing->view[side];
+	long at_x = 0, at_y = 0;
+	for (uint32_t row = 0; row < view->rows; row++) {
+		const uint8_t *line = &view->shade[(size_t)row * view->columns];
+		for (uint32_t column = 0; column < view->columns;) {
+			uint32_t end = column;
+			while (end < view->columns && line[end] == shade)
+				end++;
+			if (end == column) {
+				column++;
+				continue;
+			}
+			text_format(drawing->text, "m%ld %ldh%u", (long)column - at_x, (long)row - at_y, end - column);
+			at_x = end;
+			at_y = row;
+			column = end;
+		}
+	}
+}
+
+static void add_cloth(const struct drawing *drawing, int side)
+{
+	const struct view *view = &drawing->view[side];
+	text_add(drawing->text, "<g transform=\"translate(");
+	text_number(drawing->text, drawing->shift[side], 2);
+	text_add(drawing->text, " ");
+	text_number(drawing->text, drawing->top - view->top, 2);
+	text_add(drawing->text, ") scale(");
+	text_number(drawing->text, view->cell_mm, 4);
+	text_add(drawing->text, ") translate(0 .5)\" fill=\"none\" stroke-width=\"1.08\">\n");
+	for (uint8_t shade = 1; shade <= VIEW_SHADES; shade++) {
+		int grey = 96 + (150 * (shade - 1)) / (VIEW_SHADES - 1);
+		text_format(drawing->text, "<path stroke=\"#%02x%02x%02x\" d=\"M0 0", (unsigned)grey,
+			    (unsigned)grey + 3, (unsigned)grey + 8);
+		add_shade(drawing, side, shade);
+		text_add(drawing->text, "\"/>\n");
+	}
+	text_add(drawing->text, "</g>\n");
+}
+
+static void add_seams(const struct drawing *drawing, int side)
+{
+	const struct garment *garment = drawing->result->input->garment;
+	const struct topology *topology = drawing->result->input->topology;
+	text_add(drawing->text, "<path fill=\"none\" stroke=\"#3d5a80\" stroke-width=\"1.6\" d=\"");
+	for (uint32_t e = 0; e < topology->edge_count; e++) {
+		const double *a = &garment->position[3 * (size_t)topology->edge_vertex[2 * (size_t)e]];
+		const double *b = &garment->position[3 * (size_t)topology->edge_vertex[2 * (size_t)e + 1]];
+		const double middle[3] = {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
+		if (topology->edge_kind[e] == EDGE_INNER || !view_sees(&drawing->view[side], middle, slack_mm))
+			continue;
+		text_add(drawing->text, "M");
+		add_xy(drawing->text, on_page(drawing, side, a));
+		text_add(drawing->text, "L");
+		add_xy(drawing->text, on_page(drawing, side, b));
+	}
+	text_add(drawing->text, "\"/>\n");
+}
+
+/* What is seen of the branches, as one path. */
+static void add_wire_paths(const struct drawing *drawing, int side, const struct solved *solved)
+{
+	const struct garment *garment = drawing->result->input->garment;
+	const struct trace *trace = &solved->trace;
+	for (uint32_t b = 0; b < solved->branches.branch_count; b++) {
+		bool pen_down = false;
+		struct vec2 last = {0, 0};
+		for (uint32_t i = trace->first[b]; i < trace->first[b + 1]; i++) {
+			double point[3];
+			place_on_worn(garment, &trace->place[i], point);
+			bool seen = view_sees(&drawing->view[side], point, slack_mm);
+			struct vec2 p = on_page(drawing, side, point);
+			/* Half a millimetre is finer than the picture: nearer points are left out. */
+			if (seen && pen_down && i + 1 < trace->first[b + 1] && vec2_distance(p, last) < 0.5)
+				continue;
+			if (seen) {
+				text_add(drawing->text, pen_down ? "L" : "M");
+				add_xy(drawing->text, p);
+				last = p;
+			}
+			pen_down = seen;
+		}
+	}
+}
+
+static void add_wires(const struct drawing *drawing, int side, const struct solved *solved, const char *attributes)
+{
+	text_format(drawing->text, "<path fill=\"none\" stroke-linejoin=\"round\" %s d=\"", attributes);
+	add_wire_paths(drawing, side, solved);
+	text_add(drawing->text, "\"/>\n");
+}
+
+static void add_terminals(const struct drawing *drawing, int side)
+{
+	const struct layout_result *result = drawing->result;
+	for (uint32_t s = 0; s < result->sites->count; s++) {
+		double point[3];
+		char buffer[16];
+		const char *name = terminal_name(result->input->request, result->sites->site[s].terminal, buffer);
+		place_on_worn(result->input->garment, &result->sites->site[s].place, point);
+		if (!view_sees(&drawing->view[side], point, 2 * slack_mm))
+			continue;
+		struct vec2 p = on_page(drawing, side, point);
+		text_add(drawing->text, "<circle r=\"9\" cx=\"");
+		text_number(drawing->text, p.x, 1);
+		text_add(drawing->text, "\" cy=\"");
+		text_number(drawing->text, p.y, 1);
+		text_add(drawing->text, "\"><title>");
+		text_xml(drawing->text, name);
+		text_add(drawing->text, "</title></circle>\n");
+		if (result->sites->count > NAMES_MAX)
+			continue;
+		text_add(drawing->text, "<text x=\"");
+		text_number(drawing->text, p.x + 14, 1);
+		text_add(drawing->text, "\" y=\"");
+		text_number(drawing->text, p.y - 8, 1);
+		text_add(drawing->text, "\">");
+		text_xml(drawing->text, name);
+		text_add(drawing->text, "</text>\n");
+	}
+}
+
+static void add_side(const struct drawing *drawing, int side)
+{
+	const struct layout_result *result = drawing->result;
+	struct text *text = drawing->text;
+	text_format(text, "<g id=\"%s\">\n", side ? "back" : "front");
+	add_cloth(drawing, side);
+	add_seams(drawing, side);
+	if (result->baseline)
+		add_wires(drawing, side, result->baseline,
+			  "stroke=\"#444\" stroke-width=\"3\" stroke-dasharray=\"12 8\"");
+	char strip[96];
+	snprintf(strip, sizeof strip, "stroke=\"#f0a030\" stroke-opacity=\"0.75\" stroke-width=\"%g\"",
+		 result->input->field->options.strip_width_mm);
+	add_wires(drawing, side, result->ours, strip);
+	add_wires(drawing, side, result->ours, "stroke=\"#b3261e\" stroke-width=\"3.5\"");
+	text_add(text, "<g fill=\"#14532d\" stroke=\"#fff\" stroke-width=\"4\" paint-order=\"stroke\" "
+		       "font-size=\"26\">\n");
+	add_terminals(drawing, side);
+	text_add(text, "</g>\n</g>\n");
+}
+
+static void add_caption(const struct drawing *drawing, double height)
+{
+	const struct layout_result *result = drawing->result;
+	struct text *text = drawing->text;
+	text_add(text, "<g font-size=\"30\" fill=\"#333\">\n<text x=\"60\" y=\"");
+	text_number(text, height - 30, 1);
+	bool optimal = result->ours->tree.outcome == STEINER_OPTIMAL;
+	text_add(text, optimal ? "\">provably optimal tree, energy " : "\">best tree found, energy ");
+	text_number(text, result->ours->metrics.total.energy, 0);
+	text_add(text, " MPa·mm²");
+	if (result->baseline && result->baseline->metrics.total.energy > 0)
+		text_format(text, " (%.1f %% less than the dashed minimum-length baseline)",
+			    100 * (1 - result->ours->metrics.total.energy / result->baseline->metrics.total.energy));
+	text_add(text, "</text>\n</g>\n");
+}
+
+void write_suit_svg(const struct layout_result *result, struct text *text)
+{
+	struct drawing drawing = {.result = result, .text = text};
+	struct arena *arena = arena_new(0);
+	double right = MARGIN_MM, height = 0;
+	for (int side = 0; side < 2; side++) {
+		struct view *view = &drawing.view[side];
+		if (!arena || view_render(view, arena, result->input->garment, side == 1, cell_mm, NULL)) {
+			text->failed = true;
+			arena_free(arena);
+			return;
+		}
+		drawing.shift[side] = right;
+		right += view->columns * view->cell_mm + (side ? MARGIN_MM : GAP_MM);
+		height = view->rows * view->cell_mm;
+	}
+	drawing.top = drawing.view[0].top + MARGIN_MM;
+	height += 2 * MARGIN_MM + 40;
+	text_add(
+		text,
+		"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 ");
+	text_number(text, right, 1);
+	text_add(text, " ");
+	text_number(text, height, 1);
+	text_add(text,
+		 "\" font-family=\"sans-serif\">\n<title>tightwire layout on the worn suit, front and back</title>\n"
+		 "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n");
+	add_side(&drawing, 0);
+	add_side(&drawing, 1);
+	add_caption(&drawing, height);
+	text_add(text, "</svg>\n");
+	arena_free(arena);
+}
