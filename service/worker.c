@@ -110,20 +110,23 @@ static enum tw_status end_failed(struct worker *worker, const struct job_ticket 
 	return job_fail(worker->store, ticket, failure, may_pass(failure->status), error);
 }
 
+/* Whose lease was lost has nothing to say any more: another worker does the job, or nobody wants it. */
 static void end_job(struct worker *worker, const struct job_ticket *ticket, const struct job_result *result,
-		    enum tw_status computed, struct tw_error *failure)
+		    enum tw_status status, struct tw_error *failure)
 {
 	struct tw_error error = {0};
-	enum tw_status status = computed;
 	pulse_end(worker->pulse);
-	if (computed == TW_OK)
+	bool computed = status == TW_OK;
+	if (computed)
 		status = job_finish(worker->store, ticket, result, failure);
-	if (status == TW_ERROR_CONFLICT && computed == TW_OK) {
-		complain("result-refused", ticket->job_id, failure);
-		return;
+	if (status != TW_OK && !(computed && status == TW_ERROR_CONFLICT)) {
+		status = end_failed(worker, ticket, failure, &error);
+		failure = &error;
 	}
-	if (status != TW_OK && end_failed(worker, ticket, failure, &error) != TW_OK)
-		complain("job-end", ticket->job_id, &error);
+	if (status == TW_ERROR_CONFLICT)
+		log_event(LOG_LEVEL_WARNING, "lease-lost", "job=%s", ticket->job_id);
+	else if (status != TW_OK)
+		complain("job-end", ticket->job_id, failure);
 	tell_done(worker);
 }
 

@@ -1,0 +1,386 @@
+/* Worker processes, real ones, on a store: what they do with jobs, and what is left of a job when they are stopped. The
+ * binary is that of the environment's TIGHTWIRE. */
+#include "tests/unit/storage/fixture.h"
+
+#include <math.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <time.h>
+
+enum { GRID = 40, STEP_MM = 20, LONG_MOTION = 1500 };
+
+static int64_t real_clock(void *context)
+{
+	(void)context;
+	struct timespec now;
+	clock_gettime(CLOCK_REALTIME, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static void sleep_ms(long ms)
+{
+	struct timespec pause = {ms / 1000, ms % 1000 * 1000000};
+	nanosleep(&pause, NULL);
+}
+
+static int set_up(void **state)
+{
+	fixture_new(state);
+	struct fixture *f = *state;
+	store_set_clock(f->store, real_clock, NULL);
+	return 0;
+}
+
+/* --- processes ------------------------------------------------------------------------------------------------------
+ */
+
+static pid_t start_worker(struct fixture *f, const char *name, const char *more)
+{
+	pid_t child = fork();
+	if (child == 0) {
+		prctl(PR_SET_PDEATHSIG, SIGKILL);
+		execl(getenv("TIGHTWIRE"), "tightwire", "worker", "--store", f->url, "--name", name, "--lease-s", "1",
+		      more, (char *)NULL);
+		_exit(127);
+	}
+	return child;
+}
+
+static int end_worker(pid_t worker, int number)
+{
+	int code = 0;
+	kill(worker, number);
+	waitpid(worker, &code, 0);
+	return WIFEXITED(code) ? WEXITSTATUS(code) : -WTERMSIG(code);
+}
+
+/* Waits until `sql` gives `value`. */
+static void wait_for(struct fixture *f, const char *sql, int64_t value)
+{
+	for (int i = 0; i < 5000; i++) {
+		if (fixture_ask(f, sql) == value)
+			return;
+		sleep_ms(2);
+	}
+	print_error("waited in vain for %s\n", sql);
+	fail();
+}
+
+/* --- a square of fabric, and how it is stretched
+ * ---------------------------------------------------------------------- */
+
+/* GRID x GRID squares, flat as worn and as cut. */
+static char *square_obj(void)
+{
+	size_t room = 400000, used = 0;
+	char *text = malloc(room);
+	for (int y = 0; y <= GRID; y++)
+		for (int x = 0; x <= GRID; x++)
+			used += (size_t)snprintf(text + used, room - used, "v %d %d 0\nvt %d %d\n", x * STEP_MM,
+						 y * STEP_MM, x * STEP_MM, y * STEP_MM);
+	for (int y = 0; y < GRID; y++)
+		for (int x = 0; x < GRID; x++) {
+			int a = y * (GRID + 1) + x + 1, b = a + 1, c = a + GRID + 1, d = c + 1;
+			used += (size_t)snprintf(text + used, room - used, "f %d/%d %d/%d %d/%d\nf %d/%d %d/%d %d/%d\n",
+						 a, a, b, b, d, d, a, a, d, d, c, c);
+		}
+	return text;
+}
+
+static void put32(unsigned char *at, const void *value)
+{
+	memcpy(at, value, 4);
+}
+
+/* Frames in which the right half is pulled by up to a tenth. */
+static void upload_motion(struct fixture *f, uint32_t frames, char id[STORE_ID_SIZE])
+{
+	uint32_t points = (GRID + 1) * (GRID + 1), version = 1;
+	float zero = 0, one = 1;
+	unsigned char header[32] = "POINTCACHE2";
+	float *frame = malloc(points * 12);
+	struct upload *upload = NULL;
+	put32(header + 12, &version);
+	put32(header + 16, &points);
+	put32(header + 20, &zero);
+	put32(header + 24, &one);
+	put32(header + 28, &frames);
+	ok(f, upload_begin(&upload, f->store, "motion", "pull.pc2", "", 1u << 30, &f->error));
+	ok(f, upload_write(upload, header, sizeof header, &f->error));
+	for (uint32_t j = 0; j < frames; j++) {
+		float pull = 1 + 0.1f * (float)(j % 16) / 16;
+		for (uint32_t v = 0; v < points; v++) {
+			float x = (float)(v % (GRID + 1) * STEP_MM), middle = GRID * STEP_MM / 2;
+			frame[3 * v] = x < middle ? x : middle + (x - middle) * pull;
+			frame[3 * v + 1] = (float)(v / (GRID + 1) * STEP_MM);
+			frame[3 * v + 2] = 0;
+		}
+		ok(f, upload_write(upload, frame, points * 12, &f->error));
+	}
+	ok(f, upload_seal(upload, &f->error));
+	snprintf(id, STORE_ID_SIZE, "%s", upload_id(upload));
+	upload_free(upload);
+	free(frame);
+}
+
+static void create(struct fixture *f, struct resource_draft draft, char id[STORE_ID_SIZE])
+{
+	struct resource resource;
+	enum resource_outcome outcome;
+	ok(f, resource_create(f->store, &draft, &resource, &outcome, &f->error));
+	snprintf(id, STORE_ID_SIZE, "%s", resource.id);
+	resource_clear(&resource);
+}
+
+static void create_mesh(struct fixture *f, const char *obj, char id[STORE_ID_SIZE])
+{
+	char upload[STORE_ID_SIZE];
+	const char *uploads[] = {upload};
+	fixture_upload(f, "worn", "square.obj", obj, upload);
+	create(f, (struct resource_draft){.kind = RESOURCE_MESH, .uploads = uploads, .upload_count = 1}, id);
+}
+
+static void create_square(struct fixture *f, char id[STORE_ID_SIZE])
+{
+	char *obj = square_obj();
+	create_mesh(f, obj, id);
+	free(obj);
+}
+
+static void create_motion(struct fixture *f, const char *mesh, uint32_t frames, char id[STORE_ID_SIZE])
+{
+	char upload[STORE_ID_SIZE];
+	const char *uploads[] = {upload}, *needs[] = {mesh};
+	upload_motion(f, frames, upload);
+	create(f,
+	       (struct resource_draft){.kind = RESOURCE_MOTION,
+				       .name = "pull",
+				       .needs = needs,
+				       .need_count = 1,
+				       .uploads = uploads,
+				       .upload_count = 1},
+	       id);
+}
+
+/* --- claims ---------------------------------------------------------------------------------------------------------
+ */
+
+static void an_order_goes_all_the_way(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE], motion[STORE_ID_SIZE], field[STORE_ID_SIZE], layout[STORE_ID_SIZE];
+	struct blob blob;
+	size_t got;
+	const char *field_needs[] = {mesh, motion}, *layout_needs[] = {field};
+	create_square(f, mesh);
+	create_motion(f, mesh, 32, motion);
+	create(f, (struct resource_draft){.kind = RESOURCE_FIELD, .needs = field_needs, .need_count = 2}, field);
+	create(f,
+	       (struct resource_draft){.kind = RESOURCE_LAYOUT,
+				       .options = "{\"terminals\":[{\"vertex\":0},{\"vertex\":40},{\"vertex\":1680}]}",
+				       .needs = layout_needs,
+				       .need_count = 1},
+	       layout);
+	pid_t first = start_worker(f, "first", "--threads=1");
+	pid_t second = start_worker(f, "second", "--threads=2");
+	wait_for(f, "SELECT count(*) FROM job WHERE state > 1", 4);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 2 AND attempts = 1"), 4);
+	assert_int_equal(end_worker(first, SIGTERM), 0);
+	assert_int_equal(end_worker(second, SIGTERM), 0);
+
+	/* The left half does not move; of the right one the strain is known: G = (pull^2 - 1) / 2 in one direction. */
+	uint32_t faces = 2 * GRID * GRID;
+	double *density = malloc(faces * sizeof *density), expected = 0;
+	double mu = 5.4 / (2 * 1.33), lambda = 5.4 * 0.33 / (1.33 * 0.34);
+	for (int j = 0; j < 16; j++) {
+		double pull = 1 + 0.1 * j / 16, g = (pull * pull - 1) / 2;
+		expected += (mu + lambda / 2) * g * g / 16;
+	}
+	ok(f, blob_find(f->store, motion, BLOB_ARRAY, "mean_stvk", &blob, &f->error));
+	assert_int_equal(blob.rows, faces);
+	ok(f, blob_read(f->store, blob.number, 0, density, faces * sizeof *density, &got, &f->error));
+	assert_true(fabs(density[0]) < 1e-9);
+	assert_true(fabs(density[2 * GRID - 1] - expected) < 1e-4 * expected);
+	free(density);
+	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "layout.json", &blob, &f->error));
+	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error));
+	assert_int_equal(
+		fixture_ask(f, "SELECT json_extract(summary, '$.outcome') = 'optimal' FROM resource WHERE kind = 3"),
+		1);
+}
+
+static void a_bad_file_fails_at_once_with_its_place(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE];
+	struct resource resource;
+	create_mesh(f, "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 9/3\n", mesh);
+	pid_t worker = start_worker(f, "w", "--threads=1");
+	wait_for(f, "SELECT state FROM job", JOB_FAILED);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	ok(f, resource_get(f->store, RESOURCE_MESH, mesh, &resource, &f->error));
+	assert_int_equal(resource.job.attempts, 1);
+	assert_string_equal(resource.job.failure.where, "line 7");
+	assert_int_equal(resource.job.failure.status, TW_ERROR_INPUT);
+	resource_clear(&resource);
+}
+
+static void a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE];
+	size_t size = 2u << 20;
+	char *large = malloc(size + 1);
+	memset(large, '\n', size);
+	large[size] = '\0';
+	create_mesh(f, large, mesh);
+	free(large);
+	pid_t worker = start_worker(f, "w", "--memory-mib=1");
+	wait_for(f, "SELECT failure_type = 'mesh-too-large' FROM job", 1);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+}
+
+/* A motion that takes long enough to be stopped in the middle, with its mesh done. */
+static void prepare_long_job(struct fixture *f, char motion[STORE_ID_SIZE])
+{
+	char mesh[STORE_ID_SIZE];
+	create_square(f, mesh);
+	pid_t worker = start_worker(f, "importer", "--threads=1");
+	wait_for(f, "SELECT state FROM job", JOB_SUCCEEDED);
+	end_worker(worker, SIGTERM);
+	create_motion(f, mesh, LONG_MOTION, motion);
+}
+
+static void a_killed_workers_job_is_done_by_another(void **state)
+{
+	struct fixture *f = *state;
+	char motion[STORE_ID_SIZE];
+	prepare_long_job(f, motion);
+	pid_t victim = start_worker(f, "victim", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
+	assert_int_equal(end_worker(victim, SIGKILL), -SIGKILL);
+	assert_int_equal(fixture_ask(f, "SELECT state FROM job WHERE kind = 1"), JOB_RUNNING);
+	pid_t heir = start_worker(f, "heir", "--threads=1");
+	/* What the supervisor does when it sees that a worker is dead: nobody has to wait for the lease. */
+	ok(f, job_abandon(f->store, "victim", &f->error));
+	wait_for(f, "SELECT state FROM job WHERE kind = 1", JOB_SUCCEEDED);
+	assert_int_equal(fixture_ask(f, "SELECT worker = 'heir' AND attempts = 2 FROM job WHERE kind = 1"), 1);
+	assert_int_equal(end_worker(heir, SIGTERM), 0);
+	fixture_is_sound(f);
+}
+
+/* Frozen for longer than its lease, a worker comes back when another has done its job. */
+static void a_worker_that_comes_back_late_is_refused(void **state)
+{
+	struct fixture *f = *state;
+	char motion[STORE_ID_SIZE];
+	prepare_long_job(f, motion);
+	pid_t sleeper = start_worker(f, "sleeper", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
+	kill(sleeper, SIGSTOP);
+	pid_t heir = start_worker(f, "heir", "--threads=1");
+	wait_for(f, "SELECT state FROM job WHERE kind = 1", JOB_SUCCEEDED);
+	kill(sleeper, SIGCONT);
+	sleep_ms(300);
+	assert_int_equal(fixture_ask(f, "SELECT worker = 'heir' AND attempts = 2 FROM job WHERE kind = 1"), 1);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob WHERE role = 1 AND name = 'mean_stvk'"), 1);
+	assert_int_equal(end_worker(sleeper, SIGTERM), 0);
+	assert_int_equal(end_worker(heir, SIGTERM), 0);
+	fixture_is_sound(f);
+}
+
+static void sigterm_lets_the_running_job_end(void **state)
+{
+	struct fixture *f = *state;
+	char motion[STORE_ID_SIZE];
+	prepare_long_job(f, motion);
+	pid_t worker = start_worker(f, "w", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	assert_int_equal(fixture_ask(f, "SELECT state FROM job WHERE kind = 1"), JOB_SUCCEEDED);
+}
+
+static void a_second_sigterm_gives_the_job_back(void **state)
+{
+	struct fixture *f = *state;
+	char motion[STORE_ID_SIZE];
+	prepare_long_job(f, motion);
+	pid_t worker = start_worker(f, "w", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
+	kill(worker, SIGTERM);
+	sleep_ms(5);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	assert_int_equal(fixture_ask(f, "SELECT state = 0 AND attempts = 0 FROM job WHERE kind = 1"), 1);
+}
+
+static void a_running_job_that_is_cancelled_stops(void **state)
+{
+	struct fixture *f = *state;
+	char motion[STORE_ID_SIZE];
+	struct resource resource;
+	enum job_state after;
+	prepare_long_job(f, motion);
+	ok(f, resource_get(f->store, RESOURCE_MOTION, motion, &resource, &f->error));
+	pid_t worker = start_worker(f, "w", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
+	/* Frozen, so that it cannot end before its next heartbeat. */
+	kill(worker, SIGSTOP);
+	ok(f, job_cancel(f->store, resource.job.id, &after, &f->error));
+	assert_int_equal(after, JOB_RUNNING);
+	sleep_ms(350);
+	kill(worker, SIGCONT);
+	wait_for(f, "SELECT state > 1 FROM job WHERE kind = 1", 1);
+	end_worker(worker, SIGTERM);
+	resource_clear(&resource);
+	/* It may have been faster than the word; then its result stands. */
+	int64_t state_after = fixture_ask(f, "SELECT state FROM job WHERE kind = 1");
+	assert_true(state_after == JOB_CANCELLED || state_after == JOB_SUCCEEDED);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) > 0 FROM blob WHERE name = 'mean_stvk'"),
+			 state_after == JOB_SUCCEEDED);
+}
+
+static void a_worker_ends_with_its_supervisor(void **state)
+{
+	struct fixture *f = *state;
+	int wake[2];
+	assert_int_equal(pipe(wake), 0);
+	pid_t worker = fork();
+	if (worker == 0) {
+		char fd[16];
+		close(wake[1]);
+		snprintf(fd, sizeof fd, "%d", wake[0]);
+		execl(getenv("TIGHTWIRE"), "tightwire", "worker", "--store", f->url, "--wake-fd", fd, (char *)NULL);
+		_exit(127);
+	}
+	close(wake[0]);
+	sleep_ms(100);
+	assert_int_equal(waitpid(worker, NULL, WNOHANG), 0);
+	close(wake[1]);
+	int code = -1;
+	for (int i = 0; i < 500 && waitpid(worker, &code, WNOHANG) == 0; i++)
+		sleep_ms(10);
+	assert_int_equal(code, 0);
+}
+
+#define WORKER_TEST(name) cmocka_unit_test_setup_teardown(name, set_up, fixture_free)
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		WORKER_TEST(an_order_goes_all_the_way),
+		WORKER_TEST(a_bad_file_fails_at_once_with_its_place),
+		WORKER_TEST(a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives),
+		WORKER_TEST(a_killed_workers_job_is_done_by_another),
+		WORKER_TEST(a_worker_that_comes_back_late_is_refused),
+		WORKER_TEST(sigterm_lets_the_running_job_end),
+		WORKER_TEST(a_second_sigterm_gives_the_job_back),
+		WORKER_TEST(a_running_job_that_is_cancelled_stops),
+		WORKER_TEST(a_worker_ends_with_its_supervisor),
+	};
+	if (!getenv("TIGHTWIRE")) {
+		print_message("worker_test needs TIGHTWIRE, the path of the binary\n");
+		return 0;
+	}
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
