@@ -17,5 +17,6 @@ int command_rig(int argc, char **argv);
 int command_serve(int argc, char **argv);
 int command_key(int argc, char **argv);
 int command_worker(int argc, char **argv);
+int command_backup(int argc, char **argv);
 
 #endif

@@ -11,7 +11,8 @@
 #include "service/log.h"
 #include "service/metrics.h"
 #include "service/supervisor.h"
-#include "storage/store.h"
+#include "service/worker.h"
+#include "storage/job.h"
 
 #include <poll.h>
 #include <signal.h>
@@ -101,6 +102,18 @@ static enum tw_status open_api(struct daemon *daemon, struct tw_error *error)
 	return api_open(&daemon->api, &settings, error);
 }
 
+/* Its lease would run out by itself; this only saves the wait. */
+static void on_worker_ended(void *context, pid_t pid)
+{
+	struct daemon *daemon = context;
+	struct tw_error error = {0};
+	char name[WORKER_NAME_SIZE];
+	worker_name(name, pid);
+	if (job_abandon(daemon->store, name, &error))
+		log_error("abandon", &error);
+	supervisor_wake(daemon->supervisor);
+}
+
 static enum tw_status start_workers(struct daemon *daemon, struct tw_error *error)
 {
 	struct supervisor_settings settings = {
@@ -111,6 +124,8 @@ static enum tw_status start_workers(struct daemon *daemon, struct tw_error *erro
 		.threads = (unsigned)daemon->config.worker_threads,
 		.memory_mib = (uint64_t)daemon->config.worker_memory_mib,
 		.lease_s = (unsigned)daemon->config.lease_s,
+		.ended = on_worker_ended,
+		.context = daemon,
 	};
 	return supervisor_start(&daemon->supervisor, &settings, error);
 }

@@ -12,6 +12,7 @@ static const struct command commands[] = {
 	{"layout", command_layout, "the whole computation: garment, motions and terminals in, wiring out"},
 	{"steiner", command_steiner, "exact Steiner tree of a PACE or SteinLib file"},
 	{"rig", command_rig, "read the acquisition box of the bench rig"},
+	{"backup", command_backup, "copy a store that is in use"},
 	{"key", command_key, "make an API key for the service"},
 	{"sample", command_sample, "write a suit with motions and terminals to start with"},
 	{NULL, NULL, NULL},

@@ -148,6 +148,8 @@ static void note_end(struct supervisor *supervisor, struct worker *worker, int s
 	log_event(supervisor->draining ? LOG_LEVEL_INFO : LOG_LEVEL_WARNING, "worker-ended",
 		  "pid=%d %s=%d lived_s=%.1f", (int)worker->pid, signalled ? "signal" : "code",
 		  signalled ? WTERMSIG(status) : WEXITSTATUS(status), (double)lived_ms / 1000);
+	if (supervisor->settings.ended)
+		supervisor->settings.ended(supervisor->settings.context, worker->pid);
 	worker->pid = 0;
 	put_off(worker, lived_ms);
 	if (!supervisor->draining && supervisor->settings.metrics)

@@ -48,13 +48,18 @@ static bool stop_at_once(void)
 
 struct worker {
 	const struct worker_settings *settings;
-	char name[64];
+	char name[WORKER_NAME_SIZE];
 	unsigned kinds;
 	bool orphaned; /* the supervisor is gone */
 	struct store *store;
 	struct pulse *pulse;
 	struct cache *cache;
 };
+
+void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
+{
+	snprintf(name, WORKER_NAME_SIZE, "worker-%ld", (long)pid);
+}
 
 static void complain(const char *event, const char *job, const struct tw_error *error)
 {
@@ -204,7 +209,7 @@ enum tw_status worker_run(const struct worker_settings *settings, struct tw_erro
 	if (settings->name)
 		snprintf(worker.name, sizeof worker.name, "%s", settings->name);
 	else
-		snprintf(worker.name, sizeof worker.name, "worker-%ld", (long)getpid());
+		worker_name(worker.name, getpid());
 	for (size_t i = 0; i < sizeof handlers / sizeof handlers[0]; i++)
 		worker.kinds |= JOB_KIND_BIT(handlers[i].kind);
 	install_signals();

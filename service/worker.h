@@ -5,9 +5,15 @@
 
 #include "tightwire.h"
 
+#include <sys/types.h>
+
+/* "worker-PID": what a worker is called in its jobs' rows where it is given no name. */
+enum { WORKER_NAME_SIZE = 64 };
+void worker_name(char name[WORKER_NAME_SIZE], pid_t pid);
+
 struct worker_settings {
 	const char *store_url;
-	const char *name; /* in the job's row; NULL for "worker-PID", by which the supervisor knows it */
+	const char *name; /* in the job's row; NULL for worker_name, by which the supervisor knows it */
 	int wake_fd; /* pipe: a byte says there may be work, the end of file that the supervisor is gone; -1 for none */
 	int done_fd; /* pipe that gets a byte when a job has ended; -1 for none */
 	unsigned threads;    /* of one computation */

@@ -112,24 +112,37 @@ static enum tw_status open_database(struct store *store, const struct target *ta
 	return schema_migrate(store->db, SCHEMA_VERSION, error);
 }
 
-enum tw_status store_open(struct store **store, const char *url, struct tw_error *error)
+static enum tw_status open_target(struct store **store, const struct target *target, struct tw_error *error)
 {
-	struct target target;
-	enum tw_status status = parse_url(url, &target, error);
-	if (status != TW_OK)
-		return status;
 	if (sodium_init() < 0)
 		return tw_fail(error, TW_ERROR_INTERNAL, "no-randomness", NULL, "libsodium cannot be initialised");
 	struct store *opened = calloc(1, sizeof *opened);
 	if (!opened)
 		return tw_fail_memory(error);
 	store_set_clock(opened, NULL, NULL);
-	status = open_database(opened, &target, error);
+	enum tw_status status = open_database(opened, target, error);
 	if (status == TW_OK)
 		*store = opened;
 	else
 		store_close(opened);
 	return status;
+}
+
+enum tw_status store_open(struct store **store, const char *url, struct tw_error *error)
+{
+	struct target target;
+	enum tw_status status = parse_url(url, &target, error);
+	return status == TW_OK ? open_target(store, &target, error) : status;
+}
+
+enum tw_status store_open_existing(struct store **store, const char *url, struct tw_error *error)
+{
+	struct target target;
+	enum tw_status status = parse_url(url, &target, error);
+	if (status == TW_OK && access(target.path, F_OK) != 0)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-store", NULL, "there is no store %.200s",
+				 target.path);
+	return status == TW_OK ? open_target(store, &target, error) : status;
 }
 
 void store_close(struct store *store)

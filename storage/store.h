@@ -27,6 +27,10 @@ struct store;
  * understood, "store-foreign" for a database of another program; TW_ERROR_UNSUPPORTED "store-newer" for one that a
  * newer tightwire has written. */
 enum tw_status store_open(struct store **store, const char *url, struct tw_error *error) TW_NODISCARD;
+
+/* The same, but TW_ERROR_NOT_FOUND "no-such-store" where there is none. */
+enum tw_status store_open_existing(struct store **store, const char *url, struct tw_error *error) TW_NODISCARD;
+
 void store_close(struct store *store); /* NULL is allowed */
 
 /* Milliseconds since 1970 by the store's clock, which every time stamp and lease is taken from. Tests set their own. */

@@ -46,6 +46,8 @@ static void an_url_that_is_not_understood_is_refused(void **state)
 	for (size_t i = 0; i < sizeof urls / sizeof urls[0]; i++)
 		refused(f, store_open(&store, urls[i], &f->error), TW_ERROR_INPUT, "store-url");
 	refused(f, store_open(&store, "sqlite:/nonexistent/folder/x.db", &f->error), TW_ERROR_IO, "store-io");
+	refused(f, store_open_existing(&store, "sqlite:/nonexistent/x.db", &f->error), TW_ERROR_NOT_FOUND,
+		"no-such-store");
 }
 
 static void a_store_of_the_first_version_is_migrated_with_its_data(void **state)
