@@ -1,5 +1,5 @@
-/* The strict check of OFF before OpenMesh reads it: the ASCII form with three numbers a vertex. Comments and empty
- * lines may stand anywhere; colours behind a face are not looked at. */
+/* The strict check of OFF before OpenMesh reads it: the ASCII form with three numbers a vertex and no colours.
+ * Comments and empty lines may stand anywhere. */
 #include "solver/garment/openmesh.h"
 #include "solver/garment/soup.h"
 
@@ -105,6 +105,10 @@ static enum tw_status walk_faces(struct off *off)
 					"vertex index %lld of face %u is out of range: the file has %u vertices",
 					(long long)index, f, off->vertex_count);
 		}
+		if (text_next_word(&line, &word))
+			return fail_at_line(
+				off->error, "mesh-bad-face", off->line,
+				"there is something behind the vertex indexes of face %u; export without colours", f);
 	}
 	return TW_OK;
 }

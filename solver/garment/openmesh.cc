@@ -6,7 +6,6 @@
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
 #include <OpenMesh/Core/IO/reader/OBJReader.hh>
 #include <OpenMesh/Core/IO/reader/OFFReader.hh>
-#include <OpenMesh/Core/IO/reader/PLYReader.hh>
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 
@@ -178,10 +177,8 @@ class Collector : public Importer
       public:
 	using Importer::add_face;
 	using Importer::add_vertex;
-	using Importer::set_texcoord;
 
 	std::vector<Vec3f> points;
-	std::vector<Vec2f> coords; // of vertices; empty or as many as points
 	std::vector<uint32_t> starts{0};
 	std::vector<uint32_t> corners;
 
@@ -193,11 +190,6 @@ class Collector : public Importer
 	void set_point(VertexHandle vertex, const Vec3f &point) override
 	{
 		points.at(static_cast<size_t>(vertex.idx())) = point;
-	}
-	void set_texcoord(VertexHandle vertex, const Vec2f &coord) override
-	{
-		coords.resize(points.size(), Vec2f(0, 0));
-		coords.at(static_cast<size_t>(vertex.idx())) = coord;
 	}
 	FaceHandle add_face(const VHandles &vertices) override
 	{
@@ -369,8 +361,6 @@ std::mutex readers_mutex;
 io::BaseReader &reader_of(enum mesh_format format)
 {
 	switch (format) {
-	case MESH_PLY:
-		return io::PLYReader();
 	case MESH_OFF:
 		return io::OFFReader();
 	case MESH_STL:
@@ -386,7 +376,7 @@ bool run_reader(enum mesh_format format, bool binary, std::streambuf &buffer, Im
 	omerr().disable();
 	omlog().disable();
 	omout().disable();
-	io::Options options = format == MESH_OBJ ? io::Options::FaceTexCoord : io::Options::VertexTexCoord;
+	io::Options options = format == MESH_OBJ ? io::Options::FaceTexCoord : io::Options::Default;
 	if (binary && format == MESH_STL)
 		options += io::Options::Binary;
 	std::istream stream(&buffer);
@@ -417,27 +407,19 @@ enum tw_status keep(const Collector &found, struct soup *soup, struct arena *are
 {
 	*soup = {};
 	soup->vertex_count = static_cast<uint32_t>(found.points.size());
-	soup->coord_count = static_cast<uint32_t>(found.coords.size());
 	soup->polygon_count = static_cast<uint32_t>(found.n_faces());
 	soup->corner_count = static_cast<uint32_t>(found.corners.size());
 	soup->position = ARENA_ARRAY(arena, 3 * found.points.size(), double);
-	soup->coord = ARENA_ARRAY(arena, 2 * found.coords.size(), double);
 	soup->polygon_start = ARENA_ARRAY(arena, found.starts.size(), uint32_t);
 	soup->corner_vertex = ARENA_ARRAY(arena, found.corners.size(), uint32_t);
-	if (!soup->position || !soup->coord || !soup->polygon_start || !soup->corner_vertex)
+	if (!soup->position || !soup->polygon_start || !soup->corner_vertex)
 		return tw_fail_memory(error);
 	for (size_t v = 0; v < found.points.size(); v++) {
 		for (unsigned axis = 0; axis < 3; axis++)
 			soup->position[3 * v + axis] = static_cast<double>(found.points[v][axis]);
 	}
-	for (size_t v = 0; v < found.coords.size(); v++) {
-		soup->coord[2 * v] = static_cast<double>(found.coords[v][0]);
-		soup->coord[2 * v + 1] = static_cast<double>(found.coords[v][1]);
-	}
 	std::copy(found.starts.begin(), found.starts.end(), soup->polygon_start);
 	std::copy(found.corners.begin(), found.corners.end(), soup->corner_vertex);
-	if (!found.coords.empty())
-		soup->corner_coord = soup->corner_vertex;
 	return TW_OK;
 }
 
@@ -457,11 +439,7 @@ bool is_sound(const Collector &found)
 		if (!std::isfinite(point[0]) || !std::isfinite(point[1]) || !std::isfinite(point[2]))
 			return false;
 	}
-	for (const Vec2f &coord : found.coords) {
-		if (!std::isfinite(coord[0]) || !std::isfinite(coord[1]))
-			return false;
-	}
-	return found.coords.empty() || found.coords.size() == found.points.size();
+	return true;
 }
 
 } // namespace

@@ -9,9 +9,8 @@
 
 #include "solver/garment/soup.h"
 
-/* Reads PLY, OFF or STL into `soup`; coordinates come as float. Equal positions of an STL are one vertex. Vertex
- * texture coordinates, where there are any, become one coord a vertex. Fails with "mesh-unreadable" where the numbers
- * of vertices or polygons are not the expected ones (STL: of vertices, 0). */
+/* Reads OFF or STL into `soup`; coordinates come as float. Equal positions of an STL are one vertex. Fails with
+ * "mesh-unreadable" where the numbers of vertices or polygons are not the expected ones (STL: of vertices, 0). */
 enum tw_status openmesh_read(struct soup *soup, struct arena *arena, struct text file, enum mesh_format format,
 			     bool binary, uint32_t vertex_count, uint32_t polygon_count,
 			     struct tw_error *error) TW_NODISCARD;

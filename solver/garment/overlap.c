@@ -12,7 +12,12 @@
 /* Faces may lie on each other by this much, which is what rounding in a file does. */
 static const double touch_mm = 1e-3;
 
+struct box {
+	double low[2], high[2];
+};
+
 struct grid {
+	const struct box *box; /* [face_count] */
 	double origin[2];
 	double cell;
 	uint32_t width, height;
@@ -20,26 +25,44 @@ struct grid {
 	uint32_t *face;  /* [start[width * height]] */
 };
 
-struct box {
-	double low[2], high[2];
-};
-
 static const double *corner_of(const struct garment *garment, uint32_t face, uint32_t k)
 {
 	return garment->pattern + 2 * (size_t)garment->face_coord[3 * (size_t)face + k % 3];
 }
 
-static struct box box_of(const struct garment *garment, uint32_t face)
+static double lower(double a, double b)
 {
-	struct box box = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-	for (uint32_t k = 0; k < 3; k++) {
-		const double *p = corner_of(garment, face, k);
-		for (int axis = 0; axis < 2; axis++) {
-			box.low[axis] = fmin(box.low[axis], p[axis]);
-			box.high[axis] = fmax(box.high[axis], p[axis]);
-		}
+	return a < b ? a : b;
+}
+
+static double higher(double a, double b)
+{
+	return a > b ? a : b;
+}
+
+static void stretch(struct box *box, const double *low, const double *high)
+{
+	for (int axis = 0; axis < 2; axis++) {
+		box->low[axis] = lower(box->low[axis], low[axis]);
+		box->high[axis] = higher(box->high[axis], high[axis]);
 	}
-	return box;
+}
+
+static const struct box nothing = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+
+static enum tw_status find_boxes(struct draft *draft, struct grid *grid)
+{
+	const struct garment *garment = &draft->garment;
+	struct box *boxes = ARENA_ARRAY(draft->arena, garment->face_count, struct box);
+	if (!boxes)
+		return tw_fail_memory(draft->error);
+	for (uint32_t f = 0; f < garment->face_count; f++) {
+		boxes[f] = nothing;
+		for (uint32_t k = 0; k < 3; k++)
+			stretch(&boxes[f], corner_of(garment, f, k), corner_of(garment, f, k));
+	}
+	grid->box = boxes;
+	return TW_OK;
 }
 
 static uint32_t cell_of(const struct grid *grid, int axis, double place)
@@ -57,7 +80,7 @@ static bool is_parted(const struct garment *garment, uint32_t a, uint32_t b)
 		double x = q[0] - p[0], y = q[1] - p[1], deepest = -INFINITY;
 		for (uint32_t i = 0; i < 3; i++) {
 			const double *r = corner_of(garment, b, i);
-			deepest = fmax(deepest, x * (r[1] - p[1]) - y * (r[0] - p[0]));
+			deepest = higher(deepest, x * (r[1] - p[1]) - y * (r[0] - p[0]));
 		}
 		if (deepest <= touch_mm * sqrt(x * x + y * y))
 			return true;
@@ -67,14 +90,9 @@ static bool is_parted(const struct garment *garment, uint32_t a, uint32_t b)
 
 static void lay_out(struct grid *grid, const struct garment *garment, double area)
 {
-	struct box all = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-	for (uint32_t f = 0; f < garment->face_count; f++) {
-		struct box box = box_of(garment, f);
-		for (int axis = 0; axis < 2; axis++) {
-			all.low[axis] = fmin(all.low[axis], box.low[axis]);
-			all.high[axis] = fmax(all.high[axis], box.high[axis]);
-		}
-	}
+	struct box all = nothing;
+	for (uint32_t f = 0; f < garment->face_count; f++)
+		stretch(&all, grid->box[f].low, grid->box[f].high);
 	double size[2] = {all.high[0] - all.low[0], all.high[1] - all.low[1]};
 	grid->origin[0] = all.low[0];
 	grid->origin[1] = all.low[1];
@@ -86,12 +104,12 @@ static void lay_out(struct grid *grid, const struct garment *garment, double are
 	grid->height = (uint32_t)(size[1] / grid->cell) + 1;
 }
 
-/* Calls for each cell that the face's box touches: counts it (face == NULL), or writes the face there. */
-static uint64_t enter(const struct grid *grid, const struct garment *garment, uint32_t f, uint32_t *face)
+/* For each cell that the face's box touches: counts it (face == NULL), or writes the face there. */
+static void enter(const struct grid *grid, uint32_t f, uint32_t *face)
 {
-	struct box box = box_of(garment, f);
-	uint32_t x0 = cell_of(grid, 0, box.low[0]), x1 = cell_of(grid, 0, box.high[0]);
-	uint32_t y0 = cell_of(grid, 1, box.low[1]), y1 = cell_of(grid, 1, box.high[1]);
+	const struct box *box = &grid->box[f];
+	uint32_t x0 = cell_of(grid, 0, box->low[0]), x1 = cell_of(grid, 0, box->high[0]);
+	uint32_t y0 = cell_of(grid, 1, box->low[1]), y1 = cell_of(grid, 1, box->high[1]);
 	for (uint32_t y = y0; y <= y1; y++) {
 		for (uint32_t x = x0; x <= x1; x++) {
 			uint64_t *start = &grid->start[(uint64_t)y * grid->width + x];
@@ -101,24 +119,23 @@ static uint64_t enter(const struct grid *grid, const struct garment *garment, ui
 				start[2]++;
 		}
 	}
-	return (uint64_t)(x1 - x0 + 1) * (y1 - y0 + 1);
 }
 
-static uint64_t box_cells(const struct grid *grid, const struct garment *garment, uint32_t f)
+static uint64_t box_cells(const struct grid *grid, uint32_t f)
 {
-	struct box box = box_of(garment, f);
-	uint64_t x = cell_of(grid, 0, box.high[0]) - cell_of(grid, 0, box.low[0]) + 1;
-	uint64_t y = cell_of(grid, 1, box.high[1]) - cell_of(grid, 1, box.low[1]) + 1;
+	const struct box *box = &grid->box[f];
+	uint64_t x = cell_of(grid, 0, box->high[0]) - cell_of(grid, 0, box->low[0]) + 1;
+	uint64_t y = cell_of(grid, 1, box->high[1]) - cell_of(grid, 1, box->low[1]) + 1;
 	return x * y;
 }
 
-/* False where the entries would exceed their budget. */
+/* Sorts the faces into the cells; *filled is false where that would exceed the budget. */
 static enum tw_status fill(struct draft *draft, struct grid *grid, bool *filled)
 {
 	const struct garment *garment = &draft->garment;
 	uint64_t budget = 1000000 + 32 * (uint64_t)garment->face_count, entries = 0;
 	for (uint32_t f = 0; f < garment->face_count && entries <= budget; f++)
-		entries += box_cells(grid, garment, f);
+		entries += box_cells(grid, f);
 	*filled = entries <= budget;
 	if (!*filled)
 		return TW_OK;
@@ -128,18 +145,19 @@ static enum tw_status fill(struct draft *draft, struct grid *grid, bool *filled)
 	if (!grid->start || !grid->face)
 		return tw_fail_memory(draft->error);
 	for (uint32_t f = 0; f < garment->face_count; f++)
-		enter(grid, garment, f, NULL);
+		enter(grid, f, NULL);
 	for (size_t i = 1; i <= cells; i++)
 		grid->start[i + 1] += grid->start[i];
 	for (uint32_t f = 0; f < garment->face_count; f++)
-		enter(grid, garment, f, grid->face);
+		enter(grid, f, grid->face);
 	return TW_OK;
 }
 
 /* Whether this cell is the one in which `a` and `b` are compared. */
 static bool is_first_cell(const struct grid *grid, const struct box *a, const struct box *b, uint32_t x, uint32_t y)
 {
-	return cell_of(grid, 0, fmax(a->low[0], b->low[0])) == x && cell_of(grid, 1, fmax(a->low[1], b->low[1])) == y;
+	return cell_of(grid, 0, higher(a->low[0], b->low[0])) == x &&
+	       cell_of(grid, 1, higher(a->low[1], b->low[1])) == y;
 }
 
 static bool boxes_part(const struct box *a, const struct box *b)
@@ -153,11 +171,11 @@ static enum tw_status compare_cell(struct draft *draft, const struct grid *grid,
 	const uint64_t *start = &grid->start[(uint64_t)y * grid->width + x];
 	for (uint64_t i = start[0]; i < start[1]; i++) {
 		uint32_t a = grid->face[i];
-		struct box box = box_of(garment, a);
+		const struct box *box = &grid->box[a];
 		for (uint64_t j = i + 1; j < start[1]; j++) {
 			uint32_t b = grid->face[j];
-			struct box other = box_of(garment, b);
-			if (boxes_part(&box, &other) || !is_first_cell(grid, &box, &other, x, y) ||
+			const struct box *other = &grid->box[b];
+			if (boxes_part(box, other) || !is_first_cell(grid, box, other, x, y) ||
 			    is_parted(garment, a, b) || is_parted(garment, b, a))
 				continue;
 			uint32_t piece = garment->face_piece[a], other_piece = garment->face_piece[b];
@@ -201,9 +219,12 @@ enum tw_status draft_check_overlap(struct draft *draft)
 {
 	struct grid grid = {0};
 	struct arena_mark mark = arena_mark(draft->arena);
-	lay_out(&grid, &draft->garment, draft->report->pattern_area_mm2);
 	bool filled = false;
-	enum tw_status status = fill(draft, &grid, &filled);
+	enum tw_status status = find_boxes(draft, &grid);
+	if (status != TW_OK)
+		return status;
+	lay_out(&grid, &draft->garment, draft->report->pattern_area_mm2);
+	status = fill(draft, &grid, &filled);
 	if (status == TW_OK && filled)
 		status = compare_all(draft, &grid);
 	else if (status == TW_OK)

@@ -1,10 +1,11 @@
-/* The strict check of PLY (ASCII, little- and big-endian) before OpenMesh reads it.
+/* The strict reader of PLY (ASCII, little- and big-endian).
  *
- * The header is read in full; then every vertex and face is walked over, so that no count of the header is believed
- * that the bytes do not bear out. Accepted: element vertex with scalars, among them x y z (and, as the flat pattern, s
- * t or u v); element face with one list vertex_indices and scalars; further elements behind the faces are not looked
- * at. */
-#include "solver/garment/openmesh.h"
+ * The header is read in full; then every vertex and face is read, so that no count of the header is believed that the
+ * bytes do not bear out. Accepted: element vertex with scalars, among them x y z (and, as the flat pattern, s t or u
+ * v); element face with one list vertex_indices and scalars; further elements behind the faces are not looked at.
+ *
+ * OpenMesh is not asked: its reader does not advance over binary doubles and 16-bit indexes, and takes what follows for
+ * them. */
 #include "solver/garment/soup.h"
 
 #include <math.h>
@@ -21,13 +22,13 @@ enum scalar {
 	SCALAR_FLOAT,
 	SCALAR_DOUBLE
 };
-enum { PROPERTY_LIMIT = 64 };
+enum { PROPERTY_LIMIT = 64, USE_COORD = 3, USE_NONE = 5 };
 
 struct property {
 	enum scalar type;
 	enum scalar count_type; /* of a list */
 	bool is_list;
-	bool is_used; /* must be finite */
+	int use; /* what it is: an axis 0…2, a pattern axis USE_COORD + 0…1, or USE_NONE */
 };
 
 struct element {
@@ -42,9 +43,11 @@ struct ply {
 	struct element vertex, face;
 	struct element *open; /* the element whose properties come */
 	uint32_t line;
-	bool has[3]; /* x y z */
+	bool has[USE_NONE]; /* x y z, and the two of the pattern */
 	bool has_list;
-	bool has_other; /* an element that is neither */
+	enum scalar index_type; /* of vertex_indices */
+	bool has_other;         /* an element that is neither */
+	struct soup *soup;
 	struct tw_error *error;
 };
 
@@ -125,8 +128,20 @@ static enum tw_status read_element(struct ply *ply, struct text line)
 /* What the property means: its name decides. */
 static enum tw_status note_property(struct ply *ply, struct property *property, const struct text *name)
 {
-	static const char *const axes[] = {"x", "y", "z"};
-	static const char *const coords[] = {"s", "t", "u", "v", "texture_u", "texture_v"};
+	static const struct {
+		const char *name;
+		int use;
+	} uses[] = {
+		{"x", 0},
+		{"y", 1},
+		{"z", 2},
+		{"s", USE_COORD},
+		{"t", USE_COORD + 1},
+		{"u", USE_COORD},
+		{"v", USE_COORD + 1},
+		{"texture_u", USE_COORD},
+		{"texture_v", USE_COORD + 1},
+	};
 	if (ply->open == &ply->face) {
 		bool indices = text_equals(name, "vertex_indices") || text_equals(name, "vertex_index");
 		if (property->is_list != indices || (indices && ply->has_list))
@@ -134,21 +149,22 @@ static enum tw_status note_property(struct ply *ply, struct property *property, 
 				ply, "a face may have one list, vertex_indices, beside plain numbers; export without "
 				     "further lists");
 		ply->has_list |= indices;
+		ply->index_type = indices ? property->type : ply->index_type;
 		return indices && (property->type >= SCALAR_FLOAT || property->count_type >= SCALAR_FLOAT)
 			       ? bad_header(ply, "vertex_indices must be integers")
 			       : TW_OK;
 	}
 	if (property->is_list)
 		return bad_header(ply, "a vertex may have no lists");
-	for (int i = 0; i < 3; i++) {
-		if (!text_equals(name, axes[i]))
+	property->use = USE_NONE;
+	for (size_t i = 0; i < sizeof uses / sizeof *uses; i++) {
+		if (!text_equals(name, uses[i].name))
 			continue;
-		if (ply->has[i])
+		if (ply->has[uses[i].use])
 			return bad_header(ply, "a coordinate is named twice");
-		ply->has[i] = property->is_used = true;
+		ply->has[uses[i].use] = true;
+		property->use = uses[i].use;
 	}
-	for (size_t i = 0; i < sizeof coords / sizeof *coords; i++)
-		property->is_used |= text_equals(name, coords[i]);
 	return TW_OK;
 }
 
@@ -261,8 +277,9 @@ static bool next_number(struct ply *ply, enum scalar type, double *number)
 	return true;
 }
 
-static enum tw_status walk_vertices(struct ply *ply)
+static enum tw_status read_vertices(struct ply *ply)
 {
+	struct soup *soup = ply->soup;
 	for (uint64_t v = 0; v < ply->vertex.count; v++) {
 		for (uint32_t i = 0; i < ply->vertex.property_count; i++) {
 			const struct property *property = &ply->vertex.property[i];
@@ -270,32 +287,40 @@ static enum tw_status walk_vertices(struct ply *ply)
 			if (!next_number(ply, property->type, &number))
 				return fail_at(ply, "mesh-truncated", "vertex", v,
 					       "is missing: the file ends before it");
-			if ((property->is_used && !(fabs(number) <= 3e38)) ||
-			    (ply->encoding == ENCODING_ASCII && isnan(number)))
+			if (!isfinite(number) && (property->use != USE_NONE || ply->encoding == ENCODING_ASCII))
 				return fail_at(ply, "mesh-not-a-number", "vertex", v,
 					       "has a coordinate that is not a finite number");
+			if (property->use < USE_COORD)
+				soup->position[3 * v + (uint64_t)property->use] = number;
+			else if (property->use < USE_NONE && soup->coord)
+				soup->coord[2 * v + (uint64_t)property->use - USE_COORD] = number;
 		}
 	}
 	return TW_OK;
 }
 
-static enum tw_status walk_list(struct ply *ply, const struct property *property, uint64_t face)
+/* Corners grow with the file, not with a claim: a face has at least four bytes in it. */
+static enum tw_status read_list(struct ply *ply, const struct property *property, uint64_t face, uint64_t capacity)
 {
+	struct soup *soup = ply->soup;
 	double corners = 0, index = 0;
 	if (!next_number(ply, property->count_type, &corners))
 		return fail_at(ply, "mesh-truncated", "face", face, "is missing: the file ends before it");
 	if (!(corners >= 3 && corners <= POLYGON_CORNERS) || corners != floor(corners))
 		return fail_at(ply, "mesh-bad-face", "face", face, "has fewer than 3 or more than 255 corners");
+	if (soup->corner_count + (uint64_t)corners > capacity)
+		return fail_at(ply, "mesh-truncated", "face", face, "is cut off: the file ends within it");
 	for (uint32_t k = 0; k < (uint32_t)corners; k++) {
 		if (!next_number(ply, property->type, &index))
 			return fail_at(ply, "mesh-truncated", "face", face, "is cut off: the file ends within it");
 		if (!(index >= 0 && index < (double)ply->vertex.count) || index != floor(index))
 			return fail_at(ply, "mesh-bad-index", "face", face, "has a vertex index that is out of range");
+		soup->corner_vertex[soup->corner_count++] = (uint32_t)index;
 	}
 	return TW_OK;
 }
 
-static enum tw_status walk_faces(struct ply *ply)
+static enum tw_status read_faces(struct ply *ply, uint64_t capacity)
 {
 	for (uint64_t f = 0; f < ply->face.count; f++) {
 		for (uint32_t i = 0; i < ply->face.property_count; i++) {
@@ -303,7 +328,7 @@ static enum tw_status walk_faces(struct ply *ply)
 			double ignored = 0;
 			enum tw_status status = TW_OK;
 			if (property->is_list)
-				status = walk_list(ply, property, f);
+				status = read_list(ply, property, f, capacity);
 			else if (!next_number(ply, property->type, &ignored))
 				status = fail_at(ply, "mesh-truncated", "face", f,
 						 "is cut off: the file ends within it");
@@ -313,24 +338,73 @@ static enum tw_status walk_faces(struct ply *ply)
 			if (status != TW_OK)
 				return status;
 		}
+		ply->soup->polygon_start[f + 1] = ply->soup->corner_count;
 	}
+	return TW_OK;
+}
+
+/* Bytes of a vertex or face at least: in ASCII every number has a digit and a blank. */
+static uint64_t least_bytes(const struct ply *ply, const struct element *element)
+{
+	uint64_t bytes = 0;
+	for (uint32_t i = 0; i < element->property_count; i++) {
+		const struct property *property = &element->property[i];
+		if (ply->encoding == ENCODING_ASCII)
+			bytes += property->is_list ? 7 : 1;
+		else
+			bytes += property->is_list ? scalar_size(property->count_type) + 3 * scalar_size(property->type)
+						   : scalar_size(property->type);
+	}
+	return bytes;
+}
+
+/* Arrays for what the header claims, where the rest of the file can hold it. *corners: room for corners. */
+static enum tw_status allocate(struct ply *ply, struct arena *arena, uint64_t *corners)
+{
+	struct soup *soup = ply->soup;
+	uint64_t left = (uint64_t)(ply->text.end - ply->text.at);
+	uint64_t needed =
+		ply->vertex.count * least_bytes(ply, &ply->vertex) + ply->face.count * least_bytes(ply, &ply->face);
+	if (needed > left)
+		return tw_fail(ply->error, TW_ERROR_INPUT, "mesh-truncated", NULL,
+			       "the header claims %llu vertices and %llu faces, at least %llu bytes; %llu follow",
+			       (unsigned long long)ply->vertex.count, (unsigned long long)ply->face.count,
+			       (unsigned long long)needed, (unsigned long long)left);
+	uint64_t corner_bytes = ply->encoding == ENCODING_ASCII ? 2 : scalar_size(ply->index_type);
+	*corners = left / corner_bytes + 1;
+	if (*corners > ply->face.count * POLYGON_CORNERS)
+		*corners = ply->face.count * POLYGON_CORNERS;
+	soup->vertex_count = (uint32_t)ply->vertex.count;
+	soup->polygon_count = (uint32_t)ply->face.count;
+	soup->position = ARENA_ARRAY(arena, 3 * ply->vertex.count, double);
+	soup->polygon_start = ARENA_ZEROED(arena, ply->face.count + 1, uint32_t);
+	soup->corner_vertex = ARENA_ARRAY(arena, *corners, uint32_t);
+	bool has_coords = ply->has[USE_COORD] && ply->has[USE_COORD + 1];
+	if (has_coords) {
+		soup->coord_count = soup->vertex_count;
+		soup->coord = ARENA_ARRAY(arena, 2 * ply->vertex.count, double);
+		soup->corner_coord = soup->corner_vertex;
+	}
+	if (!soup->position || !soup->polygon_start || !soup->corner_vertex || (has_coords && !soup->coord))
+		return tw_fail_memory(ply->error);
 	return TW_OK;
 }
 
 enum tw_status ply_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error)
 {
-	struct ply ply = {.text = file, .error = error};
+	*soup = (struct soup){0};
+	struct ply ply = {.text = file, .soup = soup, .error = error};
+	uint64_t corners = 0;
 	if (!ply_is(file))
 		return tw_fail(error, TW_ERROR_INPUT, "mesh-bad-header", "line 1",
 			       "a PLY file begins with the line `ply`");
 	enum tw_status status = read_header(&ply);
 	if (status == TW_OK)
-		status = walk_vertices(&ply);
+		status = allocate(&ply, arena, &corners);
 	if (status == TW_OK)
-		status = walk_faces(&ply);
+		status = read_vertices(&ply);
 	if (status == TW_OK)
-		status = openmesh_read(soup, arena, file, MESH_PLY, ply.encoding != ENCODING_ASCII,
-				       (uint32_t)ply.vertex.count, (uint32_t)ply.face.count, error);
+		status = read_faces(&ply, corners);
 	if (status == TW_OK)
 		status = check_polygons(soup, error);
 	return status;

@@ -337,7 +337,8 @@ static enum tw_status start(struct motion_reader *reader, struct tw_error *error
 	sequence->frame = arena_new(arena_limit);
 	if (!sequence->first || !sequence->frame)
 		return tw_fail_memory(error);
-	return read_first(reader, error);
+	enum tw_status status = reserve(sequence, BLOCK, error);
+	return status == TW_OK ? read_first(reader, error) : status;
 }
 
 const struct motion_codec obj_tar_codec = {.start = start, .next = next, .close = close_sequence};
