@@ -269,8 +269,9 @@ enum tw_status terminals_place(struct site_set *set, struct arena *arena, const 
 	*set = (struct site_set){0};
 	set->site = ARENA_ARRAY(arena, request->terminal_count, struct site);
 	set->site_of = ARENA_ARRAY(arena, request->terminal_count, uint32_t);
+	set->snapped_mm = ARENA_ARRAY(arena, request->terminal_count, double);
 	placer.vertex_face = ARENA_ARRAY(arena, garment->vertex_count, uint32_t);
-	if (!set->site || !set->site_of || !placer.vertex_face)
+	if (!set->site || !set->site_of || !set->snapped_mm || !placer.vertex_face)
 		return tw_fail_memory(error);
 	memset(placer.vertex_face, 0xff, garment->vertex_count * sizeof *placer.vertex_face);
 	for (uint32_t f = garment->face_count; f-- > 0;)
@@ -281,6 +282,7 @@ enum tw_status terminals_place(struct site_set *set, struct arena *arena, const 
 		enum tw_status status = find_place(&placer, i, &site.place, error);
 		if (status)
 			return status;
+		set->snapped_mm[i] = site.place.distance;
 		recognise(&placer, &site);
 		merge(set, garment, &site, i);
 	}

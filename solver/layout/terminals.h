@@ -15,18 +15,19 @@ enum site_kind {
 /* A place that carries one terminal, or several that coincide. */
 struct site {
 	enum site_kind kind;
-	uint32_t vertex;    /* SITE_VERTEX */
-	uint32_t edge;      /* SITE_EDGE */
-	double along;       /* SITE_EDGE: share of the way from the edge's first end to its second, 0 < along < 1 */
-	struct place place; /* a face it lies in, with the barycentric weights; distance: how far it was snapped, mm */
-	uint32_t terminal;  /* the first request terminal that lies here */
+	uint32_t vertex;       /* SITE_VERTEX */
+	uint32_t edge;         /* SITE_EDGE */
+	double along;          /* SITE_EDGE: share of the way from the edge's first end to its second, 0 < along < 1 */
+	struct place place;    /* a face it lies in, with the barycentric weights */
+	uint32_t terminal;     /* the first request terminal that lies here */
 	uint32_t merged_count; /* further ones */
 };
 
 struct site_set {
 	struct site *site; /* [count], in the order of first mention */
 	uint32_t count;
-	uint32_t *site_of; /* [terminal_count of the request] */
+	uint32_t *site_of;  /* [terminal_count of the request] */
+	double *snapped_mm; /* [terminal_count of the request] how far each was from the fabric */
 };
 
 /* Places and merges. A point is snapped to the nearest fabric when that is at most `snap_mm` away. Places within 1e-3

@@ -74,8 +74,8 @@ static void add_site(const struct layout_result *result, uint32_t terminal, stru
 	add_point(text, place_on_pattern(garment, &site->place));
 	text_add(text, ",\"point_mm\":");
 	add_point3(text, point);
-	if (site->place.distance > 0)
-		add_number(text, "snapped_mm", site->place.distance, MM_DECIMALS);
+	if (result->sites->snapped_mm[terminal] > 0)
+		add_number(text, "snapped_mm", result->sites->snapped_mm[terminal], MM_DECIMALS);
 	if (site->terminal != terminal)
 		text_format(text, ",\"merged_with\":%u", site->terminal);
 	text_add(text, "}");

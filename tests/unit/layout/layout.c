@@ -1,0 +1,538 @@
+/* Whole layouts of small garments in closed form: straight wires, known deformations, seams that must not matter. */
+#include "solver/layout/layout.h"
+
+#include "solver/field/field.h"
+#include "solver/layout/result.h"
+#include "solver/motion/motion.h"
+#include "tests/oracle/meshes.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const double density = 0.3; /* MPa, everywhere */
+
+struct bench {
+	struct arena *arena;
+	struct garment garment;
+	struct topology topology;
+	struct field field;
+	struct layout_request request;
+	struct layout_output output;
+	json_t *json; /* the parsed layout.json */
+	char *motion; /* PC2 bytes */
+	struct byte_memory memory;
+};
+
+/* A sheet of 40 x 20 cells of 10 mm; with a seam at column `seam` > 0. */
+static void set_up(struct bench *bench, uint32_t seam, double jitter)
+{
+	*bench = (struct bench){.arena = arena_new(0)};
+	assert_non_null(bench->arena);
+	mesh_sheet(&bench->garment, bench->arena, 40, 20, 10, jitter, seam);
+	assert_int_equal(topology_build(&bench->topology, bench->arena, &bench->garment, NULL), TW_OK);
+	double *mean = ARENA_ARRAY(bench->arena, bench->garment.face_count, double);
+	assert_non_null(mean);
+	for (uint32_t f = 0; f < bench->garment.face_count; f++)
+		mean[f] = density;
+	const double *means[1] = {mean};
+	struct field_options options;
+	option_defaults(&field_option_table, &options);
+	assert_int_equal(field_compute(&bench->field, bench->arena, &bench->garment, &bench->topology, means, 1,
+				       &options, 1, NULL),
+			 TW_OK);
+}
+
+static void tear_down(struct bench *bench)
+{
+	json_decref(bench->json);
+	free(bench->motion);
+	layout_request_clear(&bench->request);
+	arena_free(bench->arena);
+}
+
+static uint32_t at(uint32_t column, uint32_t row)
+{
+	return row * 41 + column;
+}
+
+/* Three frames: the matrix `m` (rows of x, y, z of the frame over x, y, z at rest) at a third, two thirds and all of
+ * its way from the identity, or the identity three times where m is NULL. */
+static void set_motion(struct bench *bench, const double m[9])
+{
+	enum { FRAMES = 3 };
+	size_t points = 3 * (size_t)bench->garment.vertex_count;
+	bench->motion = malloc(PC2_HEADER_BYTES + FRAMES * points * sizeof(float));
+	assert_non_null(bench->motion);
+	float *out =
+		(float *)(void *)(bench->motion + pc2_write_header(bench->motion, bench->garment.vertex_count, FRAMES));
+	for (int frame = 1; frame <= FRAMES; frame++) {
+		for (size_t v = 0; v < bench->garment.vertex_count; v++) {
+			const double *x = &bench->garment.position[3 * v];
+			for (size_t i = 0; i < 3; i++) {
+				double moved = m ? m[3 * i] * x[0] + m[3 * i + 1] * x[1] + m[3 * i + 2] * x[2] : x[i];
+				*out++ = (float)(x[i] + (moved - x[i]) * frame / FRAMES);
+			}
+		}
+	}
+	bench->memory = (struct byte_memory){.bytes = bench->motion,
+					     .size = PC2_HEADER_BYTES + FRAMES * points * sizeof(float)};
+}
+
+static enum tw_status open_motion(void *context, uint32_t motion, struct motion_reader **reader, struct tw_error *error)
+{
+	struct bench *bench = context;
+	(void)motion;
+	bench->memory.at = 0;
+	struct byte_source source = byte_source_memory(&bench->memory);
+	return motion_open(reader, &source, MOTION_SNIFF, UNIT_MM, bench->garment.vertex_count, error);
+}
+
+static enum tw_status try_compute(struct bench *bench, const char *request, unsigned threads, struct tw_error *error)
+{
+	static const char *const names[] = {"stretch"};
+	layout_request_clear(&bench->request);
+	enum tw_status status = layout_request_parse(&bench->request, request, strlen(request), error);
+	if (status)
+		return status;
+	struct layout_input input = {
+		.garment = &bench->garment,
+		.topology = &bench->topology,
+		.field = &bench->field,
+		.request = &bench->request,
+		.motion_name = names,
+		.motion_count = bench->motion ? 1 : 0,
+		.threads = threads,
+		.motion_open = open_motion,
+		.context = bench,
+	};
+	return layout_compute(&input, bench->arena, &bench->output, error);
+}
+
+static void compute(struct bench *bench, const char *request)
+{
+	struct tw_error error = {0};
+	if (try_compute(bench, request, 1, &error))
+		fail_msg("%s: %s: %s", error.type, error.where, error.text);
+	json_decref(bench->json);
+	bench->json = json_loads(bench->output.artifacts[0].bytes, 0, NULL);
+	assert_non_null(bench->json);
+}
+
+static double member(const json_t *object, const char *key)
+{
+	const json_t *value = json_object_get(object, key);
+	if (!json_is_number(value))
+		fail_msg("no number \"%s\"", key);
+	return json_number_value(value);
+}
+
+static const json_t *layout_of(const struct bench *bench)
+{
+	return json_object_get(bench->json, "layout");
+}
+
+static const json_t *metrics_of(const struct bench *bench)
+{
+	return json_object_get(layout_of(bench), "metrics");
+}
+
+static void assert_near(double a, double b, double slack)
+{
+	if (!(fabs(a - b) <= slack))
+		fail_msg("%.12g is not %.12g", a, b);
+}
+
+static char *two_vertices(uint32_t a, uint32_t b)
+{
+	static char request[128];
+	snprintf(request, sizeof request, "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}]}", a, b);
+	return request;
+}
+
+static void straight_wire_costs_what_its_rectangle_holds(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0.2);
+	compute(&bench, two_vertices(at(5, 10), at(30, 10)));
+	const json_t *metrics = metrics_of(&bench);
+	double length = member(metrics, "length_mm"), eta = bench.field.options.eta_mpa;
+	/* Inner vertices are jittered by up to 2 mm, so the ends are not quite 250 mm apart. */
+	const double *a = &bench.garment.pattern[2 * at(5, 10)], *b = &bench.garment.pattern[2 * at(30, 10)];
+	double straight = sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]));
+	assert_near(length, straight, 1e-3 * straight);
+	assert_near(member(metrics, "energy_mpa_mm2"), length * 15 * (density + eta), 1e-3);
+	assert_near(member(metrics, "energy_without_eta_mpa_mm2"), length * 15 * density, 1e-3);
+	assert_near(member(metrics, "coverage"), 1, 1e-6);
+	assert_string_equal(json_string_value(json_object_get(layout_of(&bench), "outcome")), "optimal");
+	tear_down(&bench);
+}
+
+static void elongation_of_known_deformations(void **state)
+{
+	(void)state;
+	static const struct {
+		double matrix[9], along_x, along_y;
+	} cases[] = {
+		{{1.2, 0, 0, 0, 1, 0, 0, 0, 1}, 0.2, 0},     /* stretched along x */
+		{{1.1, 0, 0, 0, 1.3, 0, 0, 0, 1}, 0.1, 0.3}, /* both ways */
+		{{0.8, 0, 0, 0, 1, 0, 0, 0, 1}, 0, 0},       /* shortening counts as none */
+		{{1, 0.75, 0, 0, 1, 0, 0, 0, 1}, 0, 0.25},   /* shear: y goes to (0.75, 1), length 1.25 */
+		{{1, 0, 0, 0, 1, 0, 0.75, 0, 1}, 0.25, 0},   /* out of the plane */
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		for (int y = 0; y < 2; y++) {
+			struct bench bench;
+			set_up(&bench, 0, 0);
+			set_motion(&bench, cases[i].matrix);
+			compute(&bench, y ? two_vertices(at(20, 4), at(20, 16)) : two_vertices(at(5, 10), at(30, 10)));
+			const json_t *elongation = json_object_get(metrics_of(&bench), "elongation");
+			double most = y ? cases[i].along_y : cases[i].along_x, mean = 0;
+			for (int frame = 1; frame <= 3; frame++) {
+				/* The ends move in straight lines; so does the whole wire, and its length with them. */
+				const double *m = cases[i].matrix;
+				double d[3] = {y ? m[1] : m[0], y ? m[4] : m[3], y ? m[7] : m[6]}, square = 0;
+				for (int k = 0; k < 3; k++) {
+					double rest = k == y ? 1 : 0, now = rest + (d[k] - rest) * frame / 3;
+					square += now * now;
+				}
+				mean += fmax(0, sqrt(square) - 1) / 3;
+			}
+			assert_near(member(elongation, "max"), most, 1e-6);
+			assert_near(member(elongation, "mean"), mean, 1e-6);
+			tear_down(&bench);
+		}
+	}
+}
+
+/* The sheet sewn from two pieces, the second turned by a right angle on the pattern, is the same fabric. */
+static void a_seam_changes_nothing_but_the_piece(void **state)
+{
+	(void)state;
+	static const char *const requests[] = {
+		"{\"terminals\":[{\"vertex\":415},{\"vertex\":440}]}",
+		"{\"terminals\":[{\"vertex\":168},{\"vertex\":690}]}",
+		"{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198}]}",
+	};
+	for (size_t i = 0; i < sizeof requests / sizeof *requests; i++) {
+		struct bench whole, sewn;
+		set_up(&whole, 0, 0);
+		set_up(&sewn, 20, 0);
+		compute(&whole, requests[i]);
+		compute(&sewn, requests[i]);
+		double length = member(metrics_of(&whole), "length_mm"), cost = member(layout_of(&whole), "tree_cost");
+		assert_near(member(layout_of(&sewn), "tree_cost"), cost, 1e-6 * cost);
+		/* The curve must pass the seam at a vertex, so it may be a little longer. */
+		assert_near(member(metrics_of(&sewn), "length_mm"), length, 0.02 * length);
+		assert_true(member(metrics_of(&sewn), "seam_crossings") >= 1);
+		tear_down(&whole);
+		tear_down(&sewn);
+	}
+}
+
+static struct vec2 point_of(const json_t *span, const char *key)
+{
+	const json_t *pair = json_object_get(span, key);
+	return (struct vec2){json_number_value(json_array_get(pair, 0)), json_number_value(json_array_get(pair, 1))};
+}
+
+/* The direction of a span at its begin or end, in its piece's plane. */
+static struct vec2 direction_of(const json_t *span, bool end)
+{
+	struct vec2 from = point_of(span, "from_mm"), to = point_of(span, "to_mm");
+	if (strcmp(json_string_value(json_object_get(span, "type")), "arc") != 0)
+		return vec2_unit(vec2_sub(to, from));
+	struct vec2 spoke = vec2_unit(vec2_sub(end ? to : from, point_of(span, "centre_mm")));
+	return vec2_scale(vec2_left(spoke), member(span, "turn_rad") > 0 ? 1 : -1);
+}
+
+/* From the pattern of the second piece, u = 2000 - y and v = x - 300, back to the sheet. */
+static struct vec2 on_sheet(const json_t *span, struct vec2 p, bool direction)
+{
+	if (!strcmp(json_string_value(json_object_get(span, "piece")), "front"))
+		return p;
+	return direction ? (struct vec2){p.y, -p.x} : (struct vec2){p.y + 300, 2000 - p.x};
+}
+
+static void curves_are_smooth_across_seams_and_keep_the_radius(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 20, 0.25);
+	compute(&bench, "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198},"
+			"{\"vertex\":440},{\"face\":700,\"barycentric\":[0.3,0.4,0.3]}]}");
+	uint32_t crossings = 0;
+	size_t b, s;
+	json_t *branch, *span;
+	json_array_foreach(json_object_get(layout_of(&bench), "branches"), b, branch)
+	{
+		const json_t *spans = json_object_get(branch, "spans");
+		json_array_foreach(spans, s, span)
+		{
+			if (!strcmp(json_string_value(json_object_get(span, "type")), "arc"))
+				assert_true(member(span, "radius_mm") >= 7.5 - 1e-3);
+			if (s == 0)
+				continue;
+			const json_t *before = json_array_get(spans, s - 1);
+			struct vec2 in = on_sheet(before, point_of(before, "to_mm"), false);
+			struct vec2 out = on_sheet(span, point_of(span, "from_mm"), false);
+			assert_near(vec2_distance(in, out), 0, 1e-3);
+			struct vec2 d = on_sheet(before, direction_of(before, true), true);
+			struct vec2 e = on_sheet(span, direction_of(span, false), true);
+			assert_near(vec2_cross(d, e), 0, 2e-3);
+			assert_true(vec2_dot(d, e) > 0);
+			crossings += strcmp(json_string_value(json_object_get(before, "piece")),
+					    json_string_value(json_object_get(span, "piece"))) != 0;
+		}
+	}
+	assert_true(crossings >= 1);
+	assert_int_equal(json_array_size(json_object_get(layout_of(&bench), "violations")), 0);
+	tear_down(&bench);
+}
+
+static void equal_input_gives_equal_bytes(void **state)
+{
+	(void)state;
+	struct bench first, second;
+	const char *request = "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},"
+			      "{\"face\":700,\"barycentric\":[0.3,0.4,0.3]},{\"point_mm\":[222.2,111.1,3]}]}";
+	set_up(&first, 20, 0.25);
+	set_up(&second, 20, 0.25);
+	assert_int_equal(try_compute(&first, request, 1, NULL), TW_OK);
+	assert_int_equal(try_compute(&second, request, 2, NULL), TW_OK);
+	assert_true(first.output.artifact_count >= 3);
+	for (uint32_t i = 0; i < first.output.artifact_count; i++) {
+		assert_int_equal(first.output.artifacts[i].size, second.output.artifacts[i].size);
+		assert_memory_equal(first.output.artifacts[i].bytes, second.output.artifacts[i].bytes,
+				    first.output.artifacts[i].size);
+	}
+	tear_down(&first);
+	tear_down(&second);
+}
+
+/* Where the wearer stands, and which way he faces, is nothing to the layout. */
+static void a_rigid_motion_of_the_suit_changes_no_figure(void **state)
+{
+	(void)state;
+	struct bench first, second;
+	set_up(&first, 20, 0.25);
+	set_up(&second, 20, 0.25);
+	for (uint32_t v = 0; v < second.garment.vertex_count; v++) {
+		double *x = &second.garment.position[3 * (size_t)v];
+		double moved[3] = {0.6 * x[0] - 0.8 * x[1] + 10, 77 - x[2], 0.8 * x[0] + 0.6 * x[1] - 5};
+		memcpy(x, moved, sizeof moved);
+	}
+	const char *request = "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":440}]}";
+	compute(&first, request);
+	compute(&second, request);
+	assert_true(json_equal(metrics_of(&first), metrics_of(&second)));
+	assert_true(json_equal(json_object_get(layout_of(&first), "weight"),
+			       json_object_get(layout_of(&second), "weight")));
+	tear_down(&first);
+	tear_down(&second);
+}
+
+static void terminals_of_every_form_meet_where_they_are_the_same_place(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0);
+	/* Vertex 5 of row 10 three times over, as point, on the pattern and as a corner; and a place inside an edge. */
+	compute(&bench, "{\"terminals\":[{\"name\":\"a\",\"vertex\":415},{\"point_mm\":[50,100,4]},"
+			"{\"piece\":\"front\",\"uv_mm\":[50,100]},{\"piece\":\"front\",\"uv_mm\":[304,100]},"
+			"{\"point_mm\":[304,100,-2]}]}");
+	const json_t *terminals = json_object_get(bench.json, "terminals");
+	assert_int_equal(json_array_size(terminals), 5);
+	assert_int_equal((int)member(json_array_get(terminals, 0), "vertex"), 415);
+	assert_null(json_object_get(json_array_get(terminals, 0), "merged_with"));
+	assert_int_equal((int)member(json_array_get(terminals, 1), "merged_with"), 0);
+	assert_near(member(json_array_get(terminals, 1), "snapped_mm"), 4, 1e-6);
+	assert_int_equal((int)member(json_array_get(terminals, 2), "merged_with"), 0);
+	assert_int_equal((int)member(json_array_get(terminals, 4), "merged_with"), 3);
+	assert_int_equal(bench.output.summary.terminal_count, 2);
+	assert_near(member(metrics_of(&bench), "length_mm"), 254, 1e-3);
+	tear_down(&bench);
+}
+
+static void a_lone_terminal_needs_no_wire(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0);
+	compute(&bench, "{\"terminals\":[{\"vertex\":415},{\"vertex\":415}]}");
+	assert_near(member(metrics_of(&bench), "length_mm"), 0, 0);
+	assert_int_equal(json_array_size(json_object_get(layout_of(&bench), "branches")), 0);
+	tear_down(&bench);
+}
+
+static void terminals_that_cannot_be_placed_are_named(void **state)
+{
+	(void)state;
+	static const struct {
+		const char *request, *type, *where;
+	} cases[] = {
+		{"{\"terminals\":[{\"vertex\":0},{\"vertex\":861}]}", "terminal-out-of-range", "/terminals/1/vertex"},
+		{"{\"terminals\":[{\"face\":1600,\"barycentric\":[1,0,0]}]}", "terminal-out-of-range",
+		 "/terminals/0/face"},
+		{"{\"terminals\":[{\"point_mm\":[50,100,21]}]}", "terminal-off-fabric", "/terminals/0/point_mm"},
+		{"{\"terminals\":[{\"piece\":\"front\",\"uv_mm\":[-21,100]}]}", "terminal-off-fabric",
+		 "/terminals/0/uv_mm"},
+		{"{\"terminals\":[{\"piece\":\"hood\",\"uv_mm\":[1,1]}]}", "terminal-unknown-piece",
+		 "/terminals/0/piece"},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		struct bench bench;
+		struct tw_error error = {0};
+		set_up(&bench, 0, 0);
+		assert_int_equal(try_compute(&bench, cases[i].request, 1, &error), TW_ERROR_INPUT);
+		assert_string_equal(error.type, cases[i].type);
+		assert_string_equal(error.where, cases[i].where);
+		tear_down(&bench);
+	}
+}
+
+/* Cutting the sheet in two along column 20 leaves two components. */
+static void terminals_on_two_garments_are_apart(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0);
+	struct garment *g = &bench.garment;
+	uint32_t kept = 0;
+	for (uint32_t f = 0; f < g->face_count; f++) {
+		if (f / 2 % 40 == 20)
+			continue;
+		memcpy(&g->face_vertex[3 * (size_t)kept], &g->face_vertex[3 * (size_t)f], 3 * sizeof(uint32_t));
+		memcpy(&g->face_coord[3 * (size_t)kept++], &g->face_coord[3 * (size_t)f], 3 * sizeof(uint32_t));
+	}
+	g->face_count = kept;
+	assert_int_equal(topology_build(&bench.topology, bench.arena, g, NULL), TW_OK);
+	double *value = ARENA_ZEROED(bench.arena, kept, double);
+	const double *means[1] = {value};
+	struct field_options options;
+	option_defaults(&field_option_table, &options);
+	assert_int_equal(field_compute(&bench.field, bench.arena, g, &bench.topology, means, 1, &options, 1, NULL),
+			 TW_OK);
+	struct tw_error error = {0};
+	assert_int_equal(try_compute(&bench, two_vertices(at(5, 10), at(30, 10)), 1, &error), TW_ERROR_INPUT);
+	assert_string_equal(error.type, "terminals-apart");
+	assert_string_equal(error.where, "/terminals/1");
+	tear_down(&bench);
+}
+
+/* A small reader of tags: they nest, attributes are quoted, text has no bare markup. */
+static void assert_well_formed(const char *xml)
+{
+	const char *open[64];
+	size_t depth = 0, lengths[64];
+	for (const char *c = strchr(xml, '<'); c; c = strchr(c, '<')) {
+		if (c[1] == '?') {
+			c = strstr(c, "?>");
+			assert_non_null(c);
+			continue;
+		}
+		bool closing = c[1] == '/';
+		const char *name = c + 1 + closing, *end = name;
+		size_t length = strcspn(name, " />\n");
+		while (*end != '>') {
+			assert_true(*end && *end != '<');
+			end += *end == '"' ? strcspn(end + 1, "\"") + 2 : 1;
+		}
+		if (closing) {
+			assert_true(depth > 0 && lengths[depth - 1] == length);
+			assert_memory_equal(open[--depth], name, length);
+		} else if (end[-1] != '/') {
+			assert_true(depth < 64);
+			open[depth] = name;
+			lengths[depth++] = length;
+		}
+		c = end;
+	}
+	assert_int_equal(depth, 0);
+}
+
+static void drawings_are_well_formed_and_of_true_scale(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0);
+	compute(&bench, "{\"terminals\":[{\"name\":\"a<&\\\"b'>\",\"vertex\":415},{\"vertex\":440}]}");
+	for (uint32_t i = 1; i < bench.output.artifact_count; i++)
+		assert_well_formed(bench.output.artifacts[i].bytes);
+	const char *svg = bench.output.artifacts[1].bytes;
+	double width, height, box[4];
+	assert_int_equal(sscanf(strstr(svg, "width=\""), "width=\"%lfmm\" height=\"%lfmm\" viewBox=\"%lf %lf %lf %lf",
+				&width, &height, &box[0], &box[1], &box[2], &box[3]),
+			 6);
+	assert_near(width, box[2], 0);
+	assert_near(height, box[3], 0);
+	/* The sheet's cut line spans 400 x 200 units, which are millimetres. */
+	const char *cut = strstr(svg, "id=\"cut-line\"");
+	assert_non_null(cut);
+	double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+	const char *path = strstr(cut, " d=\"") + 4;
+	while (*path != 'Z') {
+		double p[2];
+		int used;
+		assert_int_equal(sscanf(path, "%*1[ML]%lf %lf%n", &p[0], &p[1], &used), 2);
+		for (int k = 0; k < 2; k++) {
+			low[k] = fmin(low[k], p[k]);
+			high[k] = fmax(high[k], p[k]);
+		}
+		path += used;
+	}
+	assert_near(high[0] - low[0], 400, 1e-3);
+	assert_near(high[1] - low[1], 200, 1e-3);
+	tear_down(&bench);
+}
+
+static int stop_at_once(void *context)
+{
+	(void)context;
+	return 1;
+}
+
+static void a_cancelled_layout_says_so(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0.2);
+	set_motion(&bench, NULL);
+	const char *json = "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198}]}";
+	assert_int_equal(layout_request_parse(&bench.request, json, strlen(json), NULL), TW_OK);
+	static const char *const names[] = {"none"};
+	struct layout_input input = {.garment = &bench.garment,
+				     .topology = &bench.topology,
+				     .field = &bench.field,
+				     .request = &bench.request,
+				     .motion_name = names,
+				     .motion_count = 1,
+				     .motion_open = open_motion,
+				     .cancelled = stop_at_once,
+				     .context = &bench};
+	struct tw_error error = {0};
+	assert_int_equal(layout_compute(&input, bench.arena, &bench.output, &error), TW_ERROR_CANCELLED);
+	tear_down(&bench);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(straight_wire_costs_what_its_rectangle_holds),
+		cmocka_unit_test(elongation_of_known_deformations),
+		cmocka_unit_test(a_seam_changes_nothing_but_the_piece),
+		cmocka_unit_test(curves_are_smooth_across_seams_and_keep_the_radius),
+		cmocka_unit_test(equal_input_gives_equal_bytes),
+		cmocka_unit_test(a_rigid_motion_of_the_suit_changes_no_figure),
+		cmocka_unit_test(terminals_of_every_form_meet_where_they_are_the_same_place),
+		cmocka_unit_test(a_lone_terminal_needs_no_wire),
+		cmocka_unit_test(terminals_that_cannot_be_placed_are_named),
+		cmocka_unit_test(terminals_on_two_garments_are_apart),
+		cmocka_unit_test(drawings_are_well_formed_and_of_true_scale),
+		cmocka_unit_test(a_cancelled_layout_says_so),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
