@@ -18,8 +18,9 @@
 #define NEGLIGIBLE_PART 1e-9 /* of a side: a strip that meets less does not cross it, so that rounding opens no way */
 
 enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
+enum { ALL_SIDES = 7 }; /* a bit each */
 
-/* Exactly a cache line. */
+/* Exactly a cache line. Beyond a hem lies the face numbered face_count, which counts as entered always. */
 struct strip_face {
 	double u[3], v[3]; /* pattern position of the corners, mm */
 	uint32_t next[3];  /* the face across each side, GARMENT_NONE at a hem */
@@ -39,9 +40,9 @@ struct crossing {
 struct strip_walker {
 	const struct strip_fabric *fabric; /* borrowed */
 	uint32_t turn;                     /* number of the strip */
-	uint32_t *entered;                 /* [face_count] turn in which the face was entered last */
-	uint32_t *stack;                   /* [face_count] faces of the flood */
-	struct crossing *crossing;         /* one for each side of each seam edge, and one */
+	uint32_t *entered;                 /* [face_count + 1] turn in which the face was entered last */
+	uint32_t *queue;           /* [face_count + 1] faces of the flood, and room for one that does not stay */
+	struct crossing *crossing; /* one for each side of each seam edge, and one */
 	uint32_t crossing_count;
 };
 
@@ -52,8 +53,7 @@ struct shape {
 	struct convex convex;
 	double area;
 	double middle[2];
-	uint32_t closed_face,
-		closed_side; /* a side that is not crossed: the seam along a half strip; or GARMENT_NONE */
+	uint32_t open_sides; /* of the first face, a bit each: half a strip does not cross the seam it lies along */
 };
 
 static void link_side(struct strip_face *face, uint32_t side, uint32_t next, uint32_t next_side, bool seam)
@@ -71,7 +71,7 @@ enum tw_status strip_fabric_build(struct strip_fabric *fabric, struct arena *are
 		return tw_fail_memory(error);
 	*fabric = (struct strip_fabric){garment, topology, value, face};
 	for (size_t f = 0; f < garment->face_count; f++) {
-		face[f] = (struct strip_face){.next = {GARMENT_NONE, GARMENT_NONE, GARMENT_NONE}};
+		face[f] = (struct strip_face){.next = {garment->face_count, garment->face_count, garment->face_count}};
 		for (size_t k = 0; k < 3; k++) {
 			const double *at = garment->pattern + 2 * (size_t)garment->face_coord[3 * f + k];
 			face[f].u[k] = at[0];
@@ -100,10 +100,10 @@ enum tw_status strip_walker_new(struct strip_walker **out, struct arena *arena, 
 	if (!walker)
 		return tw_fail_memory(error);
 	walker->fabric = fabric;
-	walker->entered = ARENA_ZEROED(arena, faces, uint32_t);
-	walker->stack = ARENA_ARRAY(arena, faces, uint32_t);
+	walker->entered = ARENA_ZEROED(arena, faces + 1, uint32_t);
+	walker->queue = ARENA_ARRAY(arena, faces + 1, uint32_t);
 	walker->crossing = ARENA_ARRAY(arena, seam_sides + 1, struct crossing);
-	if (!walker->entered || !walker->stack || !walker->crossing)
+	if (!walker->entered || !walker->queue || !walker->crossing)
 		return tw_fail_memory(error);
 	*out = walker;
 	return TW_OK;
@@ -111,10 +111,12 @@ enum tw_status strip_walker_new(struct strip_walker **out, struct arena *arena, 
 
 static void begin_turn(struct strip_walker *walker)
 {
+	uint32_t faces = walker->fabric->garment->face_count;
 	if (++walker->turn == 0) {
-		memset(walker->entered, 0, walker->fabric->garment->face_count * sizeof *walker->entered);
+		memset(walker->entered, 0, faces * sizeof *walker->entered);
 		walker->turn = 1;
 	}
+	walker->entered[faces] = walker->turn;
 	walker->crossing_count = 0;
 }
 
@@ -154,13 +156,13 @@ static void await_crossing(struct strip_walker *walker, const struct shape *shap
 	};
 }
 
-static void account(struct strip *strip, double area, double value, double strip_area)
+static inline __attribute__((always_inline)) void account(struct strip *strip, double area, double value)
 {
+	double weighty = area > NEGLIGIBLE_SHARE * strip->area_mm2 ? value : 0;
 	strip->covered_mm2 += area;
 	strip->cost += area * value;
 	strip->face_count++;
-	if (area > NEGLIGIBLE_SHARE * strip_area && value > strip->largest)
-		strip->largest = value;
+	strip->largest = weighty > strip->largest ? weighty : strip->largest;
 }
 
 /* The part of a face within the shape: its area, and what of each side lies within. */
@@ -196,37 +198,40 @@ static inline __attribute__((always_inline)) void place_corners(const struct str
 	*y = at->s * u + at->c * v + at->y;
 }
 
-/* Takes every face that the strip reaches within the crossing's placement. */
+/* Takes every face that the strip reaches within the crossing's placement. Whether a side leads on is as good as
+ * random, so what it leads to is put into the queue in any case, and stays there or not. First in, first out: the next
+ * face is known before this one is done, and the processor works on both. */
 CLONES static void flood(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
-			 struct strip *strip)
+			 uint32_t open_sides, struct strip *result)
 {
 	const struct strip_face *faces = walker->fabric->face;
 	const double *value = walker->fabric->value;
 	const struct placement at = start->placement;
-	uint32_t *entered = walker->entered, *stack = walker->stack, depth = 0;
+	uint32_t *entered = walker->entered, *queue = walker->queue, head = 0, tail = 0;
 	const uint32_t turn = walker->turn;
-	stack[depth++] = start->face;
+	struct strip strip = *result;
+	queue[tail++] = start->face;
 	entered[start->face] = turn;
-	while (depth > 0) {
-		uint32_t f = stack[--depth];
+	while (head < tail) {
+		uint32_t f = queue[head++];
 		const struct strip_face *face = &faces[f];
 		four x, y;
 		struct sides sides;
 		place_corners(face, &at, &x, &y);
-		account(strip, clip_face(shape, &x, &y, &sides), value[f], shape->area);
+		account(&strip, clip_face(shape, &x, &y, &sides), value[f]);
 		for (uint32_t k = 0; k < 3; k++) {
-			uint32_t g = face->next[k];
-			if (!(sides.inside[k] > NEGLIGIBLE_PART) || g == GARMENT_NONE || entered[g] == turn ||
-			    (f == shape->closed_face && k == shape->closed_side))
-				continue;
-			if (face->link >> (LINK_BITS * k) & LINK_SEAM) {
+			uint32_t g = face->next[k], seam = face->link >> (LINK_BITS * k) & LINK_SEAM;
+			bool leads = (sides.inside[k] > NEGLIGIBLE_PART) & (open_sides >> k) & (entered[g] != turn);
+			bool stays = leads & !seam;
+			queue[tail] = g;
+			entered[g] = stays ? turn : entered[g];
+			tail += stays;
+			if (leads & !!seam)
 				await_crossing(walker, shape, f, k, &x, &y, sides.middle[k]);
-			} else {
-				entered[g] = turn;
-				stack[depth++] = g;
-			}
 		}
+		open_sides = ALL_SIDES;
 	}
+	*result = strip;
 }
 
 static struct crossing take_nearest(struct strip_walker *walker)
@@ -245,11 +250,11 @@ static void walk(struct strip_walker *walker, const struct shape *shape, uint32_
 {
 	*strip = (struct strip){.area_mm2 = shape->area};
 	begin_turn(walker);
-	walker->crossing[walker->crossing_count++] = (struct crossing){face, 0, placement};
+	flood(walker, shape, &(struct crossing){face, 0, placement}, shape->open_sides, strip);
 	while (walker->crossing_count > 0) {
 		struct crossing crossing = take_nearest(walker);
 		if (walker->entered[crossing.face] != walker->turn)
-			flood(walker, shape, &crossing, strip);
+			flood(walker, shape, &crossing, ALL_SIDES, strip);
 	}
 }
 
@@ -257,7 +262,7 @@ void strip_polygon(struct strip_walker *walker, uint32_t face, const double *cor
 		   struct strip *strip)
 {
 	assert(corner_count >= 3 && corner_count <= STRIP_CORNERS);
-	struct shape shape = {.convex.count = corner_count, .closed_face = GARMENT_NONE};
+	struct shape shape = {.convex.count = corner_count, .open_sides = ALL_SIDES};
 	for (uint32_t i = 0; i < corner_count; i++) {
 		shape.convex.x[i] = corner[2 * i];
 		shape.convex.y[i] = corner[2 * i + 1];
@@ -284,7 +289,7 @@ static struct placement place_along(const double a[2], const double b[2], double
 }
 
 static void walk_box(struct strip_walker *walker, uint32_t face, const struct side *midline, double low, double high,
-		     uint32_t closed_face, uint32_t closed_side, struct strip *strip)
+		     uint32_t open_sides, struct strip *strip)
 {
 	double length;
 	struct placement placement = place_along(midline->a, midline->b, &length);
@@ -293,8 +298,7 @@ static void walk_box(struct strip_walker *walker, uint32_t face, const struct si
 		.box = {length, low, high},
 		.area = length * (high - low),
 		.middle = {0.5 * length, 0.5 * (low + high)},
-		.closed_face = closed_face,
-		.closed_side = closed_side,
+		.open_sides = open_sides,
 	};
 	walk(walker, &shape, face, placement, strip);
 }
@@ -306,7 +310,7 @@ void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2]
 		*strip = (struct strip){0};
 	else
 		walk_box(walker, face, &(struct side){{a[0], a[1]}, {b[0], b[1]}}, -0.5 * width_mm, 0.5 * width_mm,
-			 GARMENT_NONE, 0, strip);
+			 ALL_SIDES, strip);
 }
 
 void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip)
@@ -317,17 +321,17 @@ void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, str
 	double half = 0.5 * width_mm;
 	struct side midline = face_side(&walker->fabric->face[face[0]], side[0]);
 	if (topology->edge_kind[edge] == EDGE_INNER) {
-		walk_box(walker, face[0], &midline, -half, half, GARMENT_NONE, 0, strip);
+		walk_box(walker, face[0], &midline, -half, half, ALL_SIDES, strip);
 		return;
 	}
-	walk_box(walker, face[0], &midline, 0, half, face[0], side[0], strip);
+	walk_box(walker, face[0], &midline, 0, half, ALL_SIDES & ~(1u << side[0]), strip);
 	if (topology->edge_kind[edge] == EDGE_HEM) {
 		strip->area_mm2 *= 2;
 		return;
 	}
 	struct strip other;
 	midline = face_side(&walker->fabric->face[face[1]], side[1]);
-	walk_box(walker, face[1], &midline, 0, half, face[1], side[1], &other);
+	walk_box(walker, face[1], &midline, 0, half, ALL_SIDES & ~(1u << side[1]), &other);
 	strip_add(strip, &other);
 }
 
