@@ -133,6 +133,7 @@ static void place_runs(struct unfolded *unfolded, const struct choice *choice, c
 			run->placement.shift = vec2_sub(unfolded->point[leg], vec2_rotate(laid->from, rotation));
 		}
 		unfolded->leg_run[leg] = (uint32_t)(run - unfolded->run);
+		unfolded->leg_face[leg] = laid->face;
 		unfolded->point[leg + 1] = placement_apply(run->placement, laid->to);
 		unfolded->key_in[leg + 1] = laid->to_key;
 	}
@@ -146,20 +147,65 @@ enum tw_status strand_unfold(struct unfolded *unfolded, struct arena *arena, con
 {
 	uint32_t legs = strand_length(set, strand);
 	*unfolded = (struct unfolded){.count = legs + 1};
-	unfolded->node = ARENA_ARRAY(arena, legs + 1, uint32_t);
-	unfolded->edge = ARENA_ARRAY(arena, legs, uint32_t);
-	unfolded->leg_run = ARENA_ARRAY(arena, legs, uint32_t);
-	unfolded->point = ARENA_ARRAY(arena, legs + 1, struct vec2);
-	unfolded->crossing = ARENA_ARRAY(arena, legs + 1, bool);
-	unfolded->key_in = ARENA_ARRAY(arena, legs + 1, uint64_t);
-	unfolded->key_out = ARENA_ARRAY(arena, legs + 1, uint64_t);
-	unfolded->run = ARENA_ARRAY(arena, legs, struct run);
+	/* Room for strand_extend at both ends. */
+	unfolded->node = ARENA_ARRAY(arena, legs + 3, uint32_t);
+	unfolded->edge = ARENA_ARRAY(arena, legs + 2, uint32_t);
+	unfolded->leg_run = ARENA_ARRAY(arena, legs + 2, uint32_t);
+	unfolded->leg_face = ARENA_ARRAY(arena, legs + 2, uint32_t);
+	unfolded->point = ARENA_ARRAY(arena, legs + 3, struct vec2);
+	unfolded->crossing = ARENA_ARRAY(arena, legs + 3, bool);
+	unfolded->key_in = ARENA_ARRAY(arena, legs + 3, uint64_t);
+	unfolded->key_out = ARENA_ARRAY(arena, legs + 3, uint64_t);
+	unfolded->run = ARENA_ARRAY(arena, legs + 2, struct run);
 	struct choice *choice = ARENA_ARRAY(arena, legs, struct choice);
-	if (!unfolded->node || !unfolded->edge || !unfolded->leg_run || !unfolded->point || !unfolded->crossing ||
-	    !unfolded->key_in || !unfolded->key_out || !unfolded->run || !choice)
+	if (!unfolded->node || !unfolded->edge || !unfolded->leg_run || !unfolded->leg_face || !unfolded->point ||
+	    !unfolded->crossing || !unfolded->key_in || !unfolded->key_out || !unfolded->run || !choice)
 		return tw_fail_memory(error);
 	list_nodes(unfolded, set, strand);
 	choose_sides(choice, unfolded, network);
 	place_runs(unfolded, choice, network);
 	return TW_OK;
+}
+
+/* Makes room for a node, a leg and a run before the first. */
+static void shift_up(struct unfolded *unfolded)
+{
+	uint32_t nodes = unfolded->count, legs = nodes - 1;
+	memmove(unfolded->node + 1, unfolded->node, nodes * sizeof *unfolded->node);
+	memmove(unfolded->point + 1, unfolded->point, nodes * sizeof *unfolded->point);
+	memmove(unfolded->crossing + 1, unfolded->crossing, nodes * sizeof *unfolded->crossing);
+	memmove(unfolded->key_in + 1, unfolded->key_in, nodes * sizeof *unfolded->key_in);
+	memmove(unfolded->key_out + 1, unfolded->key_out, nodes * sizeof *unfolded->key_out);
+	memmove(unfolded->edge + 1, unfolded->edge, legs * sizeof *unfolded->edge);
+	memmove(unfolded->leg_face + 1, unfolded->leg_face, legs * sizeof *unfolded->leg_face);
+	memmove(unfolded->run + 1, unfolded->run, unfolded->run_count * sizeof *unfolded->run);
+	for (uint32_t leg = legs; leg > 0; leg--)
+		unfolded->leg_run[leg] = unfolded->leg_run[leg - 1] + 1;
+}
+
+void strand_extend(struct unfolded *unfolded, const struct network *network, uint32_t which,
+		   const struct beyond *beyond)
+{
+	uint32_t last = unfolded->count - 1, end = which ? last : 0, leg = which ? last - 1 : 0;
+	uint32_t vertex = unfolded->node[end], face = unfolded->leg_face[leg], edge = unfolded->edge[leg];
+	struct vec2 seam_point = unfolded->point[end], turn = turn_at(network, vertex, face, beyond->key);
+	struct run run = {.piece = beyond->piece};
+	const double *uv = &network->garment->pattern[2 * (size_t)beyond->key];
+	run.placement.rotation = vec2_unit(vec2_rotate(unfolded->run[unfolded->leg_run[leg]].placement.rotation, turn));
+	run.placement.shift = vec2_sub(seam_point, vec2_rotate((struct vec2){uv[0], uv[1]}, run.placement.rotation));
+	if (!which)
+		shift_up(unfolded);
+	uint32_t fresh = which ? last + 1 : 0, hop = which ? last : 0, crossing = which ? last : 1;
+	unfolded->count++;
+	unfolded->node[fresh] = vertex;
+	unfolded->point[fresh] = placement_apply(run.placement, beyond->at);
+	unfolded->crossing[fresh] = false;
+	unfolded->crossing[crossing] = true;
+	unfolded->key_in[fresh] = unfolded->key_out[fresh] = beyond->key;
+	*(which ? &unfolded->key_out[crossing] : &unfolded->key_in[crossing]) = beyond->key;
+	unfolded->edge[hop] = edge;
+	unfolded->leg_face[hop] = face;
+	unfolded->leg_run[hop] = which ? unfolded->run_count : 0;
+	unfolded->run[which ? unfolded->run_count : 0] = run;
+	unfolded->run_count++;
 }

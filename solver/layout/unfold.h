@@ -16,6 +16,7 @@ struct unfolded {
 	uint32_t *node;     /* [count] of the network */
 	uint32_t *edge;     /* [count - 1] */
 	uint32_t *leg_run;  /* [count - 1] run of the leg from node i to node i + 1 */
+	uint32_t *leg_face; /* [count - 1] a face that the leg lies in */
 	struct vec2 *point; /* [count] in the strand's plane */
 	bool *crossing;     /* [count] the strand changes its piece here, at a point of a seam */
 	uint64_t *key_in;   /* [count] where leg i - 1 ends, as network_lay's keys; key_out[0] for the first */
@@ -30,5 +31,16 @@ struct unfolded {
 enum tw_status strand_unfold(struct unfolded *unfolded, struct arena *arena, const struct network *network,
 			     const struct branch_set *set, const struct strand *strand,
 			     struct tw_error *error) TW_NODISCARD;
+
+/* Where a strand ends at a seam, on another strand that runs through in a piece beyond it. */
+struct beyond {
+	uint32_t piece;
+	uint64_t key;   /* of the strand's end in that piece */
+	struct vec2 at; /* the point in that piece to go on to */
+};
+
+/* Lets the strand go on across the seam at its first (which = 0) or last node: one node and one run more. */
+void strand_extend(struct unfolded *unfolded, const struct network *network, uint32_t which,
+		   const struct beyond *beyond);
 
 #endif

@@ -33,10 +33,11 @@ struct draft {
 	struct smoother *smoother;
 	const struct strand *strand;
 	struct unfolded path;
-	bool *stop;        /* [path.count] */
-	double *rate;      /* [path.count] */
-	double *depth;     /* [path.count] distance from the cut line of the piece, inside positive */
-	struct span *span; /* in the strand's plane; a span's piece is its run */
+	bool extended_first; /* a node was put before the strand's own first */
+	bool *stop;          /* [path.count] */
+	double *rate;        /* [path.count] */
+	double *depth;       /* [path.count] distance from the cut line of the piece, inside positive */
+	struct span *span;   /* in the strand's plane; a span's piece is its run */
 	uint32_t span_count;
 };
 
@@ -45,59 +46,32 @@ static struct vec2 in_piece(const struct draft *draft, uint32_t run, struct vec2
 	return placement_undo(draft->path.run[run].placement, point);
 }
 
-/* A strand ends where the strand through its junction passes, in the same piece. */
-static void attach_ends(struct draft *draft)
+/* A strand that ends at a junction ends on the curve of the strand that runs through. Where that one runs in another
+ * piece, this one crosses the seam at the junction's vertex and meets it there. */
+static void attach_end(struct draft *draft, uint32_t which)
 {
 	const struct smoother *smoother = draft->smoother;
-	for (uint32_t which = 0; which < 2; which++) {
-		uint32_t end = draft->strand->end[which];
-		uint32_t node = which ? draft->path.count - 1 : 0;
-		const struct run *run = &draft->path.run[draft->path.leg_run[which ? node - 1 : 0]];
-		const struct wire_end *place = &smoother->wires->end[end];
-		if (smoother->end_known[end] && smoother->set->end[end].site == GARMENT_NONE &&
-		    place->piece == run->piece)
-			draft->path.point[node] = placement_apply(run->placement, place->at);
+	uint32_t end = draft->strand->end[which];
+	struct unfolded *path = &draft->path;
+	uint32_t node = which ? path->count - 1 : 0;
+	const struct wire_end *place = &smoother->wires->end[end];
+	if (smoother->set->end[end].site != GARMENT_NONE || place->on_seam)
+		return;
+	if ((which ? path->key_in[node] : path->key_out[node]) != place->key) {
+		struct beyond beyond = {place->piece, place->key, place->at};
+		strand_extend(path, smoother->network, which, &beyond);
+		draft->extended_first |= which == 0;
+		return;
 	}
+	const struct run *run = &path->run[path->leg_run[which ? node - 1 : 0]];
+	path->point[node] = placement_apply(run->placement, place->at);
 }
 
-/* Whether a branch that ends at this junction, and is not of the strand, can begin at the pattern point `key`. */
-static bool meets(const struct network *network, const struct branch *branch, uint32_t which, const uint64_t key[2])
-{
-	uint32_t last = branch->edge_count;
-	struct laid_edge laid[2];
-	uint32_t count = network_lay(network, branch->edge[which ? last - 1 : 0], branch->node[which ? last : 0], laid);
-	for (uint32_t s = 0; s < count; s++)
-		if (laid[s].from_key == key[0] || laid[s].from_key == key[1])
-			return true;
-	return false;
-}
-
-static bool foreign_branch(const struct draft *draft, uint32_t end, uint32_t node)
-{
-	const struct branch_set *set = draft->smoother->set;
-	const uint64_t key[2] = {draft->path.key_in[node], draft->path.key_out[node]};
-	for (uint32_t b = 0; b < set->branch_count; b++)
-		for (uint32_t which = 0; which < 2; which++)
-			if (set->branch[b].end[which] == end &&
-			    !meets(draft->smoother->network, &set->branch[b], which, key))
-				return true;
-	return false;
-}
-
-/* The curve must pass through its ends, its crossings, and junctions whose other branches come from another piece. */
+/* The curve must pass through its ends and its crossings. */
 static void find_stops(struct draft *draft)
 {
-	const struct branch_set *set = draft->smoother->set;
 	for (uint32_t i = 0; i < draft->path.count; i++)
 		draft->stop[i] = draft->path.crossing[i] || i == 0 || i + 1 == draft->path.count;
-	uint32_t node = 0;
-	for (uint32_t i = 0; i + 1 < draft->strand->count; i++) {
-		const struct strand_step *step = &set->step[draft->strand->first + i];
-		const struct branch *branch = &set->branch[step->branch];
-		node += branch->edge_count;
-		if (foreign_branch(draft, branch->end[!step->reversed], node))
-			draft->stop[node] = true;
-	}
 }
 
 static void find_rates(struct draft *draft)
@@ -330,24 +304,30 @@ static enum tw_status take_wire(struct draft *draft, const struct strand_step *s
 	return TW_OK;
 }
 
-static void know_end(struct draft *draft, uint32_t end, uint32_t run, struct vec2 at)
+/* `node`: of the path, at or near which the end lies. */
+static void know_end(struct draft *draft, uint32_t end, uint32_t node, uint32_t run, struct vec2 at)
 {
 	struct smoother *smoother = draft->smoother;
 	if (smoother->end_known[end])
 		return;
 	smoother->end_known[end] = true;
-	smoother->wires->end[end] =
-		(struct wire_end){.piece = draft->path.run[run].piece, .at = in_piece(draft, run, at)};
+	smoother->wires->end[end] = (struct wire_end){
+		.piece = draft->path.run[run].piece,
+		.at = in_piece(draft, run, at),
+		.key = draft->path.key_in[node],
+		.on_seam = draft->path.crossing[node],
+	};
 }
 
 static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error)
 {
 	const struct branch_set *set = draft->smoother->set;
 	const struct unfolded *path = &draft->path;
-	know_end(draft, draft->strand->end[0], path->leg_run[0], path->point[0]);
-	know_end(draft, draft->strand->end[1], path->leg_run[path->count - 2], path->point[path->count - 1]);
+	know_end(draft, draft->strand->end[0], 0, path->leg_run[0], path->point[0]);
+	know_end(draft, draft->strand->end[1], path->count - 1, path->leg_run[path->count - 2],
+		 path->point[path->count - 1]);
 	struct cut from = {0, 0};
-	uint32_t node = 0;
+	uint32_t node = draft->extended_first;
 	for (uint32_t i = 0; i < draft->strand->count; i++) {
 		const struct strand_step *step = &set->step[draft->strand->first + i];
 		const struct branch *branch = &set->branch[step->branch];
@@ -356,7 +336,7 @@ static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error
 		if (i + 1 < draft->strand->count && draft->span_count) {
 			to = from;
 			nearest_on_curve(draft, path->point[node], &to.span, &to.t);
-			know_end(draft, branch->end[!step->reversed], draft->span[to.span].piece,
+			know_end(draft, branch->end[!step->reversed], node, draft->span[to.span].piece,
 				 span_point(&draft->span[to.span], to.t));
 		}
 		enum tw_status status = take_wire(draft, step, from, to, error);
@@ -374,13 +354,14 @@ static enum tw_status smooth_strand(struct smoother *smoother, const struct stra
 	enum tw_status status = strand_unfold(&draft.path, arena, smoother->network, smoother->set, strand, error);
 	if (status)
 		return status;
+	attach_end(&draft, 0);
+	attach_end(&draft, 1);
 	draft.stop = ARENA_ARRAY(arena, draft.path.count, bool);
 	draft.rate = ARENA_ARRAY(arena, draft.path.count, double);
 	draft.depth = ARENA_ARRAY(arena, draft.path.count, double);
 	double *leeway = ARENA_ARRAY(arena, draft.path.count, double);
 	if (!draft.stop || !draft.rate || !draft.depth || !leeway)
 		return tw_fail_memory(error);
-	attach_ends(&draft);
 	find_stops(&draft);
 	find_rates(&draft);
 	keep_clear(&draft, leeway);
@@ -413,8 +394,8 @@ enum tw_status wires_smooth(struct wire_set *wires, struct arena *arena, const s
 		if (smoother.end_known[e])
 			continue;
 		struct place place = network_place(network, set->end[e].node);
-		wires->end[e] = (struct wire_end){network->garment->face_piece[place.face],
-						  place_on_pattern(network->garment, &place)};
+		wires->end[e] = (struct wire_end){.piece = network->garment->face_piece[place.face],
+						  .at = place_on_pattern(network->garment, &place)};
 	}
 	return TW_OK;
 }

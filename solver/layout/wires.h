@@ -17,6 +17,8 @@ struct wire {
 struct wire_end {
 	uint32_t piece;
 	struct vec2 at;
+	uint64_t key; /* the end in this piece, as network_lay's keys */
+	bool on_seam; /* the strand that runs through crosses a seam just here */
 };
 
 struct wire_set {
