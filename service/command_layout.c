@@ -1,30 +1,20 @@
 /* tightwire layout: the whole computation in one process, without a server: garment, motions and terminals in, the
  * layout's files out, the same bytes as the service gives. */
 #include "service/command.h"
-#include "service/file.h"
-#include "solver/field/field.h"
-#include "solver/field/means.h"
-#include "solver/garment/import.h"
+#include "service/garment_files.h"
 #include "solver/layout/layout.h"
 
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
-
-static const size_t mesh_bytes_max = (size_t)2 << 30;
 
 /* What the flags say that are no options of a stage. */
 struct settings {
 	uint32_t threads;
 	bool json, help;
-	const char *worn, *pattern, *terminals, *out; /* borrowed from argv */
-	const char **motion;                          /* owned; [motion_count], each borrowed from argv */
-	uint32_t motion_count;
-	struct import_options import;
-	struct field_options field;
+	const char *terminals, *out; /* borrowed from argv */
 	struct layout_options layout;
 	const char **layout_argument; /* owned; layout options as given, to be applied over the request's own */
 	uint32_t layout_arguments;
@@ -48,245 +38,75 @@ static const struct option_table own_table = {own_rows, sizeof own_rows / sizeof
 struct session {
 	struct settings settings;
 	struct arena *arena;
-	struct garment garment;
-	struct garment_report report;
-	struct topology topology;
-	const char **motion_name;
-	const double **mean; /* [motion_count][face_count] */
-	uint32_t frame_count;
-	struct field field;
+	struct garment_files files;
 	struct layout_request request;
 	struct layout_output output;
-	struct file_source source; /* of the motion that is open */
-	double seconds_import, seconds_strain, seconds_field, seconds_layout;
+	double seconds_layout;
 	bool terminal;
 };
-
-static double now(void)
-{
-	struct timespec time;
-	clock_gettime(CLOCK_MONOTONIC, &time);
-	return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
 
 static void print_help(void)
 {
 	printf("usage: tightwire layout --worn suit.obj [--pattern flat.obj] --motion a.pc2 … --terminals t.json\n"
 	       "                        --out DIR [options]\n\n"
-	       "Lays the wires of least strain energy between the terminals and writes layout.json and drawings.\n\n"
-	       "  --worn FILE       the garment as worn: OBJ (with its flat pattern as vt), PLY, OFF, STL\n"
-	       "  --pattern FILE    the flat pattern, where it is a file of its own, with the same faces\n"
-	       "  --motion FILE     point cache of the worn garment: PC2, MDD, or OBJ sequence in a tar; may be\n"
-	       "                    repeated\n"
-	       "  --terminals FILE  the layout request: terminals and, if wanted, options\n"
+	       "Lays the wires of least strain energy between the terminals and writes layout.json and drawings.\n\n");
+	garment_files_print_paths_help(stdout);
+	printf("  --terminals FILE  the layout request: terminals and, if wanted, options\n"
 	       "  --out DIR         folder for the files; made where it is missing\n\n");
 	option_print_help(&own_table, stdout);
-	printf("\nGarment:\n");
-	option_print_help(&import_option_table, stdout);
-	printf("\nField:\n");
-	option_print_help(&field_option_table, stdout);
+	garment_files_print_options_help(stdout);
 	printf("\nLayout (over those of the request):\n");
 	option_print_help(&layout_option_table, stdout);
 }
 
-/* --worn, --pattern, --terminals, --out, --motion. */
-static enum tw_status take_path(struct settings *settings, int argc, char **argv, int *index, bool *taken,
-				struct tw_error *error)
+/* One argument, or two. Layout options are kept: the request's own are not known yet, and these go over them. */
+static enum tw_status take_argument(struct session *session, int argc, char **argv, int *index, bool *taken,
+				    struct tw_error *error)
 {
-	const struct {
-		const char *name;
-		const char **place;
-	} paths[] = {
-		{"--worn", &settings->worn},
-		{"--pattern", &settings->pattern},
-		{"--terminals", &settings->terminals},
-		{"--out", &settings->out},
-		{"--motion", settings->motion ? &settings->motion[settings->motion_count] : NULL},
-	};
-	*taken = false;
-	for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
-		size_t length = strlen(paths[i].name);
-		if (strncmp(argv[*index], paths[i].name, length) != 0)
-			continue;
-		const char *rest = argv[*index] + length;
-		if (*rest && *rest != '=')
-			continue;
-		if (!*rest && *index + 1 >= argc)
-			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[*index], "needs a file");
-		*paths[i].place = *rest ? rest + 1 : argv[++*index];
-		settings->motion_count += i + 1 == sizeof paths / sizeof *paths;
-		*taken = true;
-		break;
-	}
-	return TW_OK;
+	struct settings *settings = &session->settings;
+	int first = *index;
+	enum tw_status status =
+		garment_files_take_path("--terminals", &settings->terminals, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = garment_files_take_path("--out", &settings->out, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = option_from_arguments(&own_table, settings, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = garment_files_take(&session->files, argc, argv, index, taken, error);
+	if (status || *taken)
+		return status;
+	status = option_from_arguments(&layout_option_table, &settings->layout, argc, argv, index, taken, error);
+	for (int a = first; *taken && a <= *index; a++)
+		settings->layout_argument[settings->layout_arguments++] = argv[a];
+	return status;
 }
 
-static enum tw_status take_option(struct settings *settings, int argc, char **argv, int *index, bool *taken,
-				  struct tw_error *error)
+static enum tw_status parse_arguments(struct session *session, int argc, char **argv, struct tw_error *error)
 {
-	const struct {
-		const struct option_table *table;
-		void *values;
-	} tables[] = {
-		{&own_table, settings},
-		{&import_option_table, &settings->import},
-		{&field_option_table, &settings->field},
-		{&layout_option_table, &settings->layout},
-	};
-	for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
-		int first = *index;
-		enum tw_status status =
-			option_from_arguments(tables[i].table, tables[i].values, argc, argv, index, taken, error);
-		/* The request's options are not known yet: the arguments are kept and applied again over them. */
-		for (int a = first; *taken && i == 3 && a <= *index; a++)
-			settings->layout_argument[settings->layout_arguments++] = argv[a];
-		if (status || *taken)
-			return status;
-	}
-	return TW_OK;
-}
-
-static enum tw_status parse_arguments(struct settings *settings, int argc, char **argv, struct tw_error *error)
-{
+	struct settings *settings = &session->settings;
 	option_defaults(&own_table, settings);
-	option_defaults(&import_option_table, &settings->import);
-	option_defaults(&field_option_table, &settings->field);
 	option_defaults(&layout_option_table, &settings->layout);
-	settings->motion = calloc((size_t)argc + 1, sizeof *settings->motion);
 	settings->layout_argument = calloc((size_t)argc + 1, sizeof *settings->layout_argument);
-	if (!settings->motion || !settings->layout_argument)
+	if (!settings->layout_argument || garment_files_init(&session->files, argc, error))
 		return tw_fail_memory(error);
 	for (int i = 1; i < argc; i++) {
 		bool taken;
-		enum tw_status status = take_path(settings, argc, argv, &i, &taken, error);
-		if (!status && !taken)
-			status = take_option(settings, argc, argv, &i, &taken, error);
+		enum tw_status status = take_argument(session, argc, argv, &i, &taken, error);
 		if (status)
 			return status;
 		if (!taken)
 			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "no such option; see --help");
 	}
-	if (settings->help)
-		return TW_OK;
-	if (!settings->worn || !settings->terminals || !settings->out)
+	if (!settings->help && (!session->files.worn || !settings->terminals || !settings->out))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
 			       "--worn, --terminals and --out are needed; see --help");
 	return TW_OK;
 }
 
-/* Puts the path before an error's place, so that the one line says which file it is about. */
-static enum tw_status in_file(enum tw_status status, const char *path, struct tw_error *error)
-{
-	if (status && strcmp(error->where, path) != 0) {
-		char where[sizeof error->where];
-		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? " " : "", error->where);
-		memcpy(error->where, where, sizeof where);
-	}
-	return status;
-}
-
-static enum tw_status load_garment(struct session *session, struct tw_error *error)
-{
-	const struct settings *settings = &session->settings;
-	const char *path[2] = {settings->worn, settings->pattern};
-	char *bytes[2] = {NULL, NULL};
-	struct garment_source source[2];
-	enum tw_status status = TW_OK;
-	for (int i = 0; i < 2 && path[i] && !status; i++) {
-		size_t size;
-		status = file_read(path[i], mesh_bytes_max, &bytes[i], &size, error);
-		source[i] = (struct garment_source){
-			.bytes = bytes[i], .size = size, .format = mesh_format_of_name(path[i]), .name = path[i]};
-	}
-	if (!status)
-		status =
-			in_file(garment_import(&session->garment, session->arena, &source[0],
-					       path[1] ? &source[1] : NULL, &settings->import, &session->report, error),
-				path[0], error);
-	if (!status)
-		status = topology_build(&session->topology, session->arena, &session->garment, error);
-	free(bytes[0]);
-	free(bytes[1]);
-	return status;
-}
-
 static enum tw_status open_motion(void *context, uint32_t motion, struct motion_reader **reader, struct tw_error *error)
 {
 	struct session *session = context;
-	const char *path = session->settings.motion[motion];
-	struct byte_source source;
-	file_source_close(&session->source);
-	enum tw_status status = file_source_open(&session->source, &source, path, error);
-	if (status)
-		return status;
-	enum length_unit unit = (enum length_unit)session->settings.import.unit;
-	return in_file(motion_open(reader, &source, MOTION_SNIFF, unit, garment_source_count(&session->garment), error),
-		       path, error);
-}
-
-/* "walk" of "motions/walk.pc2". */
-static const char *name_of(struct arena *arena, const char *path)
-{
-	const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
-	const char *dot = strrchr(base, '.');
-	size_t length = dot && dot > base ? (size_t)(dot - base) : strlen(base);
-	char *name = arena_array(arena, length + 1, 1);
-	if (name) {
-		memcpy(name, base, length);
-		name[length] = 0;
-	}
-	return name;
-}
-
-static enum tw_status read_motion(struct session *session, uint32_t motion, struct tw_error *error)
-{
-	double *mean = ARENA_ARRAY(session->arena, session->garment.face_count, double);
-	double *means[STRAIN_MODELS] = {0};
-	session->mean[motion] = mean;
-	session->motion_name[motion] = name_of(session->arena, session->settings.motion[motion]);
-	if (!mean || !session->motion_name[motion])
-		return tw_fail_memory(error);
-	means[session->settings.field.energy] = mean;
-	struct motion_reader *reader = NULL;
-	uint32_t frames = 0;
-	enum tw_status status = open_motion(session, motion, &reader, error);
-	if (!status)
-		status = in_file(means_of_motion(means, &frames, session->arena, &session->garment, reader,
-						 &session->settings.field, NULL, NULL, error),
-				 session->settings.motion[motion], error);
-	motion_close(reader);
-	session->frame_count += frames;
-	return status;
-}
-
-static unsigned thread_count(const struct settings *settings)
-{
-	long online = sysconf(_SC_NPROCESSORS_ONLN);
-	unsigned all = online > 64 ? 64 : online > 0 ? (unsigned)online : 1;
-	return settings->threads ? settings->threads : all;
-}
-
-static enum tw_status make_field(struct session *session, struct tw_error *error)
-{
-	struct settings *settings = &session->settings;
-	double start = now();
-	field_options_resolve(&settings->field);
-	session->mean = arena_array(session->arena, settings->motion_count, sizeof *session->mean);
-	session->motion_name = arena_array(session->arena, settings->motion_count, sizeof *session->motion_name);
-	if (!session->mean || !session->motion_name)
-		return tw_fail_memory(error);
-	for (uint32_t m = 0; m < settings->motion_count; m++) {
-		enum tw_status status = read_motion(session, m, error);
-		if (status)
-			return status;
-	}
-	session->seconds_strain = now() - start;
-	start = now();
-	enum tw_status status =
-		field_compute(&session->field, session->arena, &session->garment, &session->topology, session->mean,
-			      settings->motion_count, &settings->field, thread_count(settings), error);
-	session->seconds_field = now() - start;
-	return status;
+	return garment_files_open_motion(&session->files, motion, reader, error);
 }
 
 static enum tw_status load_request(struct session *session, struct tw_error *error)
@@ -297,7 +117,8 @@ static enum tw_status load_request(struct session *session, struct tw_error *err
 	enum tw_status status = file_read(settings->terminals, TW_LIMIT_JSON_BYTES, &bytes, &size, error);
 	if (status)
 		return status;
-	status = in_file(layout_request_parse(&session->request, bytes, size, error), settings->terminals, error);
+	status = garment_files_blame(layout_request_parse(&session->request, bytes, size, error), settings->terminals,
+				     error);
 	free(bytes);
 	for (int i = 0; !status && i < (int)settings->layout_arguments; i++) {
 		bool taken;
@@ -336,31 +157,31 @@ static enum tw_status write_files(const struct session *session, struct tw_error
 
 static enum tw_status compute(struct session *session, struct tw_error *error)
 {
-	double start = now();
-	enum tw_status status = load_garment(session, error);
-	session->seconds_import = now() - start;
+	const unsigned threads = garment_files_threads(session->settings.threads);
+	struct garment_files *files = &session->files;
+	enum tw_status status = garment_files_load(files, session->arena, error);
 	if (!status)
 		status = load_request(session, error);
 	if (!status)
-		status = make_field(session, error);
+		status = garment_files_field(files, session->arena, threads, error);
 	if (status)
 		return status;
 	struct layout_input input = {
-		.garment = &session->garment,
-		.topology = &session->topology,
-		.field = &session->field,
+		.garment = &files->garment,
+		.topology = &files->topology,
+		.field = &files->field,
 		.request = &session->request,
-		.motion_name = session->motion_name,
-		.motion_count = session->settings.motion_count,
-		.threads = thread_count(&session->settings),
+		.motion_name = files->motion_name,
+		.motion_count = files->motion_count,
+		.threads = threads,
 		.motion_open = open_motion,
 		.progress = show_progress,
 		.context = session,
 	};
-	start = now();
-	status = in_file(layout_compute(&input, session->arena, &session->output, error), session->settings.terminals,
-			 error);
-	session->seconds_layout = now() - start;
+	double start = garment_files_clock();
+	status = garment_files_blame(layout_compute(&input, session->arena, &session->output, error),
+				     session->settings.terminals, error);
+	session->seconds_layout = garment_files_clock() - start;
 	if (session->terminal)
 		fprintf(stderr, "\r\033[K");
 	return status ? status : write_files(session, error);
@@ -390,9 +211,9 @@ static enum tw_status print_json(const struct session *session, struct tw_error 
 				 number(s->length_mm), "baseline_length_mm", number(s->baseline_length_mm), "junctions",
 				 (json_int_t)s->junction_count, "violations", (json_int_t)s->violation_count);
 	json_t *seconds = json_pack(
-		"{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "import", session->seconds_import, "strain",
-		session->seconds_strain, "field", session->seconds_field, "terminals", s->seconds_terminals, "tree",
-		s->seconds_tree, "baseline", s->seconds_baseline, "curves", s->seconds_curves, "metrics",
+		"{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "import", session->files.seconds_import, "strain",
+		session->files.seconds_strain, "field", session->files.seconds_field, "terminals", s->seconds_terminals,
+		"tree", s->seconds_tree, "baseline", s->seconds_baseline, "curves", s->seconds_curves, "metrics",
 		s->seconds_metrics, "elongation", s->seconds_elongation, "artifacts", s->seconds_artifacts);
 	json_t *files = json_array();
 	for (uint32_t i = 0; i < session->output.artifact_count; i++)
@@ -430,9 +251,9 @@ static void print_table(const struct session *session)
 	print_row("length", s->length_mm, s->baseline_length_mm, "mm");
 	printf("  seconds: import %.3f, strain of %u frames %.3f, field %.3f, tree %.3f, baseline %.3f, curves %.3f, "
 	       "metrics %.3f, elongation %.3f, files %.3f\n",
-	       session->seconds_import, session->frame_count, session->seconds_strain, session->seconds_field,
-	       s->seconds_tree, s->seconds_baseline, s->seconds_curves, s->seconds_metrics, s->seconds_elongation,
-	       s->seconds_artifacts);
+	       session->files.seconds_import, session->files.frame_count, session->files.seconds_strain,
+	       session->files.seconds_field, s->seconds_tree, s->seconds_baseline, s->seconds_curves,
+	       s->seconds_metrics, s->seconds_elongation, s->seconds_artifacts);
 	for (uint32_t i = 0; i < session->output.artifact_count; i++)
 		printf("  %s/%s\n", session->settings.out, session->output.artifacts[i].name);
 }
@@ -448,7 +269,6 @@ static enum tw_status run(struct session *session, struct tw_error *error)
 		status = print_json(session, error);
 	else if (!status)
 		print_table(session);
-	file_source_close(&session->source);
 	layout_request_clear(&session->request);
 	arena_free(session->arena);
 	return status;
@@ -458,7 +278,7 @@ int command_layout(int argc, char **argv)
 {
 	struct session session = {0};
 	struct tw_error error = {0};
-	enum tw_status status = parse_arguments(&session.settings, argc, argv, &error);
+	enum tw_status status = parse_arguments(&session, argc, argv, &error);
 	int code = status ? COMMAND_USAGE : COMMAND_DONE;
 	if (!status && session.settings.help) {
 		print_help();
@@ -468,7 +288,7 @@ int command_layout(int argc, char **argv)
 	}
 	if (status)
 		fprintf(stderr, "tightwire layout: %s%s%s\n", error.where, *error.where ? ": " : "", error.text);
-	free(session.settings.motion);
+	garment_files_clear(&session.files);
 	free(session.settings.layout_argument);
 	return code;
 }

@@ -1,0 +1,197 @@
+#include "service/garment_files.h"
+
+#include "solver/field/means.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+static const size_t mesh_bytes_max = (size_t)2 << 30;
+
+double garment_files_clock(void)
+{
+	struct timespec time;
+	clock_gettime(CLOCK_MONOTONIC, &time);
+	return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+unsigned garment_files_threads(uint32_t wanted)
+{
+	long online = sysconf(_SC_NPROCESSORS_ONLN);
+	unsigned all = online > 64 ? 64 : online > 0 ? (unsigned)online : 1;
+	return wanted ? wanted : all;
+}
+
+enum tw_status garment_files_blame(enum tw_status status, const char *path, struct tw_error *error)
+{
+	if (status && strcmp(error->where, path) != 0) {
+		char where[sizeof error->where];
+		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? " " : "", error->where);
+		memcpy(error->where, where, sizeof where);
+	}
+	return status;
+}
+
+enum tw_status garment_files_init(struct garment_files *files, int argc, struct tw_error *error)
+{
+	*files = (struct garment_files){0};
+	option_defaults(&import_option_table, &files->import);
+	option_defaults(&field_option_table, &files->field_options);
+	files->motion = calloc((size_t)argc + 1, sizeof *files->motion);
+	return files->motion ? TW_OK : tw_fail_memory(error);
+}
+
+void garment_files_clear(struct garment_files *files)
+{
+	file_source_close(&files->source);
+	free(files->motion);
+	*files = (struct garment_files){0};
+}
+
+enum tw_status garment_files_take_path(const char *flag, const char **path, int argc, char **argv, int *index,
+				       bool *taken, struct tw_error *error)
+{
+	size_t length = strlen(flag);
+	*taken = !strncmp(argv[*index], flag, length) && (!argv[*index][length] || argv[*index][length] == '=');
+	if (!*taken)
+		return TW_OK;
+	bool inside = argv[*index][length] == '=';
+	if (!inside && *index + 1 >= argc)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argv[*index], "needs a file");
+	*path = inside ? argv[*index] + length + 1 : argv[++*index];
+	return TW_OK;
+}
+
+enum tw_status garment_files_take(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
+				  struct tw_error *error)
+{
+	enum tw_status status = garment_files_take_path("--worn", &files->worn, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = garment_files_take_path("--pattern", &files->pattern, argc, argv, index, taken, error);
+	if (!status && !*taken) {
+		status = garment_files_take_path("--motion", &files->motion[files->motion_count], argc, argv, index,
+						 taken, error);
+		files->motion_count += *taken;
+	}
+	if (!status && !*taken)
+		status = option_from_arguments(&import_option_table, &files->import, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = option_from_arguments(&field_option_table, &files->field_options, argc, argv, index, taken,
+					       error);
+	return status;
+}
+
+void garment_files_print_paths_help(FILE *out)
+{
+	fprintf(out, "  --worn FILE       the garment as worn: OBJ (with its flat pattern as vt), PLY, OFF, STL\n"
+		     "  --pattern FILE    the flat pattern, where it is a file of its own, with the same faces\n"
+		     "  --motion FILE     point cache of the worn garment: PC2, MDD, or OBJ sequence in a tar; may be\n"
+		     "                    repeated\n");
+}
+
+void garment_files_print_options_help(FILE *out)
+{
+	fprintf(out, "\nGarment:\n");
+	option_print_help(&import_option_table, out);
+	fprintf(out, "\nField:\n");
+	option_print_help(&field_option_table, out);
+}
+
+enum tw_status garment_files_load(struct garment_files *files, struct arena *arena, struct tw_error *error)
+{
+	const char *path[2] = {files->worn, files->pattern};
+	char *bytes[2] = {NULL, NULL};
+	struct garment_source source[2];
+	enum tw_status status = TW_OK;
+	double start = garment_files_clock();
+	for (int i = 0; i < 2 && path[i] && !status; i++) {
+		size_t size;
+		status = file_read(path[i], mesh_bytes_max, &bytes[i], &size, error);
+		source[i] = (struct garment_source){
+			.bytes = bytes[i], .size = size, .format = mesh_format_of_name(path[i]), .name = path[i]};
+	}
+	if (!status)
+		status = garment_files_blame(garment_import(&files->garment, arena, &source[0],
+							    path[1] ? &source[1] : NULL, &files->import, &files->report,
+							    error),
+					     path[0], error);
+	if (!status)
+		status = topology_build(&files->topology, arena, &files->garment, error);
+	free(bytes[0]);
+	free(bytes[1]);
+	files->seconds_import = garment_files_clock() - start;
+	return status;
+}
+
+enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
+					 struct tw_error *error)
+{
+	const char *path = files->motion[motion];
+	struct byte_source source;
+	file_source_close(&files->source);
+	enum tw_status status = file_source_open(&files->source, &source, path, error);
+	if (status)
+		return status;
+	enum length_unit unit = (enum length_unit)files->import.unit;
+	status = motion_open(reader, &source, MOTION_SNIFF, unit, garment_source_count(&files->garment), error);
+	return garment_files_blame(status, path, error);
+}
+
+/* "walk" of "motions/walk.pc2". */
+static const char *name_of(struct arena *arena, const char *path)
+{
+	const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+	const char *dot = strrchr(base, '.');
+	size_t length = dot && dot > base ? (size_t)(dot - base) : strlen(base);
+	char *name = arena_array(arena, length + 1, 1);
+	if (name) {
+		memcpy(name, base, length);
+		name[length] = 0;
+	}
+	return name;
+}
+
+static enum tw_status read_motion(struct garment_files *files, struct arena *arena, uint32_t motion,
+				  struct tw_error *error)
+{
+	double *means[STRAIN_MODELS] = {0};
+	double *mean = ARENA_ARRAY(arena, files->garment.face_count, double);
+	files->mean[motion] = mean;
+	files->motion_name[motion] = name_of(arena, files->motion[motion]);
+	if (!mean || !files->motion_name[motion])
+		return tw_fail_memory(error);
+	means[files->field_options.energy] = mean;
+	struct motion_reader *reader = NULL;
+	uint32_t frames = 0;
+	enum tw_status status = garment_files_open_motion(files, motion, &reader, error);
+	if (!status)
+		status = garment_files_blame(means_of_motion(means, &frames, arena, &files->garment, reader,
+							     &files->field_options, NULL, NULL, error),
+					     files->motion[motion], error);
+	motion_close(reader);
+	files->frame_count += frames;
+	return status;
+}
+
+enum tw_status garment_files_field(struct garment_files *files, struct arena *arena, unsigned threads,
+				   struct tw_error *error)
+{
+	double start = garment_files_clock();
+	field_options_resolve(&files->field_options);
+	files->mean = arena_array(arena, files->motion_count, sizeof *files->mean);
+	files->motion_name = arena_array(arena, files->motion_count, sizeof *files->motion_name);
+	if (!files->mean || !files->motion_name)
+		return tw_fail_memory(error);
+	for (uint32_t m = 0; m < files->motion_count; m++) {
+		enum tw_status status = read_motion(files, arena, m, error);
+		if (status)
+			return status;
+	}
+	double computed = garment_files_clock();
+	files->seconds_strain = computed - start;
+	enum tw_status status = field_compute(&files->field, arena, &files->garment, &files->topology, files->mean,
+					      files->motion_count, &files->field_options, threads, error);
+	files->seconds_field = garment_files_clock() - computed;
+	return status;
+}
