@@ -4,7 +4,7 @@
  *   fabric   the pieces' faces           cut-line  their outlines, hems and seams alike
  *   seams    what is sewn to what: equal numbers belong together, a tick marks the middle of a seam
  *   notches  where a wire passes a seam, on both pieces
- *   strips   the strips that carry the wires, in their width      wires  their centre lines
+ *   strips   the strips that carry the wires, in their width, up to the cut lines      wires  their centre lines
  *   terminals, junctions, violations, pieces (names and grain lines), scale
  *
  * The pattern's v axis points up, so v changes its sign on the way to SVG. */
@@ -139,17 +139,19 @@ static void add_loop(const struct sheet *sheet, const struct outline_loop *loop)
 }
 
 /* All loops of a piece are one path: holes are holes. */
-static void add_outlines(const struct sheet *sheet)
+static void add_outlines(const struct sheet *sheet, bool clip)
 {
 	const struct outline *outline = sheet->result->outline;
 	for (uint32_t l = 0; l < outline->loop_count;) {
 		uint32_t piece = outline->loop[l].piece;
-		text_add(sheet->text, "<path d=\"");
+		if (clip)
+			text_format(sheet->text, "<clipPath id=\"clip-%u\">", piece);
+		text_format(sheet->text, "<path %sd=\"", clip ? "clip-rule=\"evenodd\" " : "");
 		for (; l < outline->loop_count && outline->loop[l].piece == piece; l++)
 			add_loop(sheet, &outline->loop[l]);
 		text_add(sheet->text, "\"><title>");
 		text_xml(sheet->text, sheet->result->input->garment->piece_name[piece]);
-		text_add(sheet->text, "</title></path>\n");
+		text_add(sheet->text, clip ? "</title></path></clipPath>\n" : "</title></path>\n");
 	}
 }
 
@@ -282,6 +284,46 @@ static void add_wires(const struct sheet *sheet, const struct solved *solved)
 	}
 }
 
+/* The strip of a stretch of a wire in one piece. At a seam it goes on a strip's width, to be cut off at the cut line.
+ */
+static void add_stretch(const struct sheet *sheet, const struct wire *wire, uint32_t first, uint32_t end)
+{
+	double width = sheet->result->input->field->options.strip_width_mm;
+	const struct span *from = &wire->span[first], *to = &wire->span[end - 1];
+	text_add(sheet->text, "<path d=\"M");
+	if (first > 0) {
+		add_at(sheet, from->piece, vec2_along(from->from, span_direction(from, 0), -width));
+		text_add(sheet->text, "L");
+	}
+	add_at(sheet, from->piece, from->from);
+	for (uint32_t s = first; s < end; s++)
+		add_span_path(sheet, &wire->span[s], false);
+	if (end < wire->span_count) {
+		text_add(sheet->text, "L");
+		add_at(sheet, to->piece, vec2_along(to->to, span_direction(to, 1), width));
+	}
+	text_add(sheet->text, "\"/>\n");
+}
+
+static void add_strips(const struct sheet *sheet)
+{
+	const struct solved *ours = sheet->result->ours;
+	for (uint32_t piece = 0; piece < sheet->result->input->garment->piece_count; piece++) {
+		text_format(sheet->text, "<g clip-path=\"url(#clip-%u)\">\n", piece);
+		for (uint32_t b = 0; b < ours->branches.branch_count; b++) {
+			const struct wire *wire = &ours->wires.wire[b];
+			for (uint32_t s = 0, end; s < wire->span_count; s = end) {
+				for (end = s + 1; end < wire->span_count; end++)
+					if (wire->span[end].piece != wire->span[s].piece)
+						break;
+				if (wire->span[s].piece == piece)
+					add_stretch(sheet, wire, s, end);
+			}
+		}
+		text_add(sheet->text, "</g>\n");
+	}
+}
+
 static void add_circle(const struct sheet *sheet, uint32_t piece, struct vec2 at, double radius)
 {
 	struct vec2 p = on_page(sheet, piece, at);
@@ -321,22 +363,48 @@ static void add_terminals(const struct sheet *sheet)
 	text_add(sheet->text, "</g>\n");
 }
 
-/* The middle of the faces that is farthest from the cut line: where a name has room. */
+/* How far a point of a piece is from its cut line and from every wire. */
+static double room_at(const struct layout_result *result, uint32_t piece, struct vec2 point)
+{
+	double room = outline_distance(result->outline, result->input->garment, piece, point, NULL);
+	struct place place;
+	locator_find(result->locator, piece, point, &place);
+	if (place.distance > 0)
+		return -place.distance;
+	const struct solved *ours = result->ours;
+	for (uint32_t b = 0; b < ours->branches.branch_count; b++) {
+		const struct wire *wire = &ours->wires.wire[b];
+		for (uint32_t s = 0; s < wire->span_count; s++) {
+			const struct span *span = &wire->span[s];
+			if (span->piece != piece)
+				continue;
+			double distance = vec2_distance(point, span_point(span, span_nearest(span, point)));
+			room = distance < room ? distance : room;
+		}
+	}
+	return room;
+}
+
+/* The middle of the face around which a name has most room. */
 static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, uint32_t faces)
 {
-	enum { TRIES = 400 };
+	enum { TRIES = 300, HALF_NAME_MM = 45 };
 	const struct garment *garment = result->input->garment;
 	uint32_t step = faces / TRIES + 1, seen = 0;
-	double best = -1;
+	double best = -INFINITY;
 	struct vec2 at = {0, 0};
 	for (uint32_t f = 0; f < garment->face_count; f++) {
 		if (garment->face_piece[f] != piece || seen++ % step)
 			continue;
 		struct place place = {.face = f, .barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3}};
 		struct vec2 middle = place_on_pattern(garment, &place);
-		double distance = outline_distance(result->outline, garment, piece, middle, NULL);
-		if (distance > best) {
-			best = distance;
+		double room = INFINITY;
+		for (int side = -1; side <= 1; side++) {
+			double here = room_at(result, piece, (struct vec2){middle.x + side * HALF_NAME_MM, middle.y});
+			room = here < room ? here : room;
+		}
+		if (room > best) {
+			best = room;
 			at = middle;
 		}
 	}
@@ -355,9 +423,10 @@ static void add_piece_names(const struct sheet *sheet)
 		faces[garment->face_piece[f]]++;
 	for (uint32_t p = 0; p < garment->piece_count; p++) {
 		struct vec2 at = on_page(sheet, p, roomiest(sheet->result, p, faces[p]));
-		add_label(sheet, (struct vec2){at.x, at.y - 8}, garment->piece_name[p]);
+		add_label(sheet, (struct vec2){at.x, at.y + 6}, garment->piece_name[p]);
+		at.y += 14;
 		text_format(sheet->text,
-			    "<path d=\"M%.2f %.2fv80m-3 -8l3 8l3 -8m-6 -64l3 -8l3 8\" fill=\"none\" "
+			    "<path d=\"M%.2f %.2fv60m-3 -8l3 8l3 -8m-6 -44l3 -8l3 8\" fill=\"none\" "
 			    "stroke=\"#555\" stroke-width=\"0.6\"/>\n",
 			    at.x, at.y);
 	}
@@ -427,16 +496,20 @@ void write_pattern_svg(const struct layout_result *result, struct text *text)
 	}
 	open_drawing(&sheet);
 	open_layer(&sheet, "fabric", "fabric", "fill=\"#f4f1ea\" stroke=\"none\" fill-rule=\"evenodd\"");
-	add_outlines(&sheet);
+	add_outlines(&sheet, false);
 	close_layer(&sheet);
 	open_layer(&sheet, "strips", "wire strips",
 		   "fill=\"none\" stroke=\"#e8a33d\" stroke-opacity=\"0.55\" stroke-linejoin=\"round\"");
-	text_format(text, "<g stroke-width=\"%g\">\n", result->input->field->options.strip_width_mm);
-	add_wires(&sheet, result->ours);
+	text_add(text, "<defs>\n");
+	add_outlines(&sheet, true);
+	text_add(text, "</defs>\n<g stroke-width=\"");
+	text_number(text, result->input->field->options.strip_width_mm, 4);
+	text_add(text, "\">\n");
+	add_strips(&sheet);
 	text_add(text, "</g>\n");
 	close_layer(&sheet);
 	open_layer(&sheet, "cut-line", "cut line", "fill=\"none\" stroke=\"#000\" stroke-width=\"0.6\"");
-	add_outlines(&sheet);
+	add_outlines(&sheet, false);
 	close_layer(&sheet);
 	open_layer(&sheet, "seams", "seams", "fill=\"none\" stroke=\"#1f6fb2\" stroke-width=\"1\"");
 	text_add(text, "<g stroke-dasharray=\"6 3\">\n");
