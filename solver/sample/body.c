@@ -22,33 +22,33 @@ struct trunk_station {
 };
 
 static const struct trunk_station trunk_stations[] = {
-	{785, -12, {30, 36, 46, 42, 34}},       {825, -8, {72, 92, 118, 104, 84}},
-	{875, -4, {94, 120, 158, 140, 112}},    {930, -2, {103, 130, 170, 148, 118}},
-	{980, 0, {104, 128, 163, 138, 106}},    {1030, 2, {102, 121, 150, 122, 92}},
-	{1080, 4, {99, 116, 141, 113, 84}},     {1130, 4, {101, 118, 141, 114, 86}},
-	{1180, 2, {107, 125, 147, 121, 95}},    {1230, -2, {114, 132, 155, 131, 105}},
-	{1280, -6, {119, 139, 160, 140, 113}},  {1330, -11, {117, 138, 160, 145, 114}},
-	{1375, -18, {103, 126, 158, 142, 107}}, {1410, -24, {84, 105, 146, 122, 92}},
-	{1440, -29, {69, 82, 116, 92, 76}},     {1465, -31, {64, 68, 80, 73, 67}},
-	{1490, -30, {61, 62, 64, 63, 62}},      {1540, -26, {58, 59, 60, 60, 60}},
+	{812, -6, {54, 60, 66, 62, 54}},        {848, -6, {82, 101, 128, 116, 94}},
+	{890, -4, {102, 128, 162, 146, 118}},   {930, -2, {110, 134, 174, 152, 124}},
+	{980, 0, {112, 134, 168, 144, 114}},    {1030, 2, {111, 130, 158, 131, 102}},
+	{1080, 4, {109, 126, 151, 123, 95}},    {1130, 4, {110, 127, 151, 124, 96}},
+	{1180, 2, {115, 133, 156, 130, 104}},   {1230, -2, {121, 140, 163, 140, 114}},
+	{1280, -6, {126, 147, 169, 149, 122}},  {1330, -11, {124, 146, 170, 153, 123}},
+	{1375, -18, {109, 133, 166, 149, 115}}, {1410, -24, {90, 111, 150, 127, 99}},
+	{1440, -29, {74, 88, 118, 98, 82}},     {1468, -32, {66, 71, 82, 76, 72}},
+	{1495, -32, {62, 64, 67, 66, 65}},      {1550, -28, {60, 60, 61, 61, 62}},
 };
 
 /* From the shoulder joint to the wrist; side is up when the arm is level. */
 static const struct station arm_stations[] = {
-	{-90, -6, 0, {38, 40, 42, 42, 42, 40, 36, 36}}, {-40, -2, 0, {52, 53, 52, 54, 54, 52, 46, 50}},
-	{0, 0, 0, {58, 60, 58, 60, 59, 56, 50, 55}},    {50, 0, 0, {57, 59, 58, 59, 57, 55, 52, 55}},
-	{110, 0, 1, {53, 54, 52, 54, 54, 53, 51, 52}},  {170, 0, 2, {51, 50, 48, 50, 52, 51, 49, 51}},
-	{230, 0, 3, {46, 45, 43, 45, 48, 47, 45, 46}},  {290, 0, 4, {41, 42, 41, 42, 43, 43, 42, 41}},
-	{340, 0, 7, {42, 44, 43, 42, 41, 42, 43, 43}},  {400, 0, 11, {40, 41, 40, 38, 37, 37, 38, 40}},
-	{460, 0, 15, {34, 34, 34, 32, 31, 31, 32, 33}}, {520, 0, 19, {28, 29, 30, 28, 26, 27, 29, 28}},
-	{560, 0, 21, {25, 28, 30, 28, 25, 27, 29, 27}}, {620, 0, 24, {26, 30, 33, 30, 26, 30, 33, 30}},
+	{-95, -14, 0, {22, 22, 22, 22, 22, 22, 22, 22}}, {-40, -4, 0, {49, 50, 50, 50, 50, 48, 43, 46}},
+	{0, 0, 0, {58, 60, 58, 60, 59, 56, 50, 55}},     {50, 0, 0, {57, 59, 58, 59, 57, 55, 52, 55}},
+	{110, 0, 1, {53, 54, 52, 54, 54, 53, 51, 52}},   {170, 0, 2, {51, 50, 48, 50, 52, 51, 49, 51}},
+	{230, 0, 3, {46, 45, 43, 45, 48, 47, 45, 46}},   {290, 0, 4, {41, 42, 41, 42, 43, 43, 42, 41}},
+	{340, 0, 7, {42, 44, 43, 42, 41, 42, 43, 43}},   {400, 0, 11, {40, 41, 40, 38, 37, 37, 38, 40}},
+	{460, 0, 15, {34, 34, 34, 32, 31, 31, 32, 33}},  {520, 0, 19, {28, 29, 30, 28, 26, 27, 29, 28}},
+	{560, 0, 21, {25, 28, 30, 28, 25, 27, 29, 27}},  {620, 0, 24, {26, 30, 33, 30, 26, 30, 33, 30}},
 };
 
 /* From the hip joint to the ankle; side is outwards. */
 static const struct station leg_stations[] = {
-	{-60, -4, 0, {66, 68, 70, 68, 66, 60, 52, 58}},  {0, 0, 0, {88, 90, 88, 92, 94, 82, 66, 76}},
-	{60, 0, 0, {92, 92, 88, 96, 101, 92, 76, 84}},   {120, 0, 0, {94, 92, 87, 92, 97, 94, 82, 88}},
-	{200, 0, 0, {91, 90, 84, 86, 90, 89, 81, 86}},   {290, 0, 1, {84, 84, 80, 80, 82, 80, 75, 79}},
+	{-60, -4, 0, {66, 68, 70, 68, 66, 64, 60, 62}},  {0, 0, 0, {88, 90, 88, 92, 94, 90, 84, 84}},
+	{60, 0, 0, {93, 92, 88, 96, 100, 99, 97, 94}},   {120, 0, 0, {94, 92, 87, 92, 97, 98, 97, 95}},
+	{200, 0, 0, {90, 89, 84, 86, 90, 90, 88, 89}},   {290, 0, 1, {84, 84, 80, 80, 82, 80, 75, 79}},
 	{370, 0, 3, {72, 72, 69, 68, 69, 68, 66, 70}},   {440, 0, 4, {62, 62, 59, 60, 58, 61, 61, 62}},
 	{490, 0, 0, {56, 57, 56, 58, 58, 59, 58, 56}},   {570, 0, -8, {53, 57, 61, 66, 68, 66, 60, 54}},
 	{650, 0, -12, {45, 48, 52, 56, 58, 55, 50, 45}}, {740, 0, -14, {37, 38, 39, 41, 42, 40, 37, 37}},
@@ -62,24 +62,24 @@ struct bump {
 };
 
 static const struct bump bumps[] = {
-	{{78, 1310, 108}, {95, 75, 70}, 15},  /* pectoral */
-	{{0, 1315, 118}, {28, 95, 50}, -6},   /* sternum */
-	{{78, 872, -98}, {92, 90, 85}, 24},   /* glute */
-	{{0, 862, -112}, {30, 95, 70}, -16},  /* between the glutes */
-	{{88, 1355, -125}, {75, 85, 60}, 10}, /* shoulder blade */
-	{{0, 1210, -92}, {34, 210, 55}, -9},  /* spine */
-	{{215, 1402, -22}, {85, 85, 90}, 9},  /* deltoid */
-	{{72, 1452, -48}, {75, 50, 60}, 9},   /* trapezius */
-	{{140, 1270, -60}, {60, 110, 70}, 8}, /* latissimus */
-	{{0, 1040, 105}, {95, 90, 60}, 5},    /* belly */
-	{{0, 850, 92}, {58, 55, 60}, 16},     /* front of the crotch */
-	{{105, 985, 80}, {50, 90, 50}, -4},   /* groin */
-	{{128, 440, 62}, {45, 45, 45}, 6},    /* kneecap */
-	{{335, 1290, 40}, {75, 60, 60}, 5},   /* biceps */
+	{{80, 1322, 100}, {105, 90, 80}, 10}, /* pectoral */
+	{{0, 1315, 118}, {34, 110, 60}, -4},  /* sternum */
+	{{80, 880, -98}, {100, 100, 90}, 20}, /* glute */
+	{{0, 868, -112}, {42, 105, 80}, -9},  /* between the glutes */
+	{{88, 1355, -125}, {80, 90, 70}, 7},  /* shoulder blade */
+	{{0, 1210, -92}, {40, 220, 65}, -6},  /* spine */
+	{{225, 1385, -24}, {95, 95, 95}, 9},  /* deltoid */
+	{{84, 1455, -46}, {90, 60, 75}, 7},   /* trapezius */
+	{{140, 1438, -30}, {85, 55, 65}, 5},  /* shoulder */
+	{{150, 1285, -60}, {70, 120, 80}, 6}, /* latissimus */
+	{{0, 1040, 108}, {100, 100, 70}, 3},  /* belly */
+	{{0, 862, 88}, {70, 75, 70}, 9},      /* front of the crotch */
+	{{128, 440, 62}, {48, 48, 48}, 5},    /* kneecap */
+	{{330, 1275, 40}, {80, 65, 65}, 5},   /* biceps */
 };
 
 /* Union radii: how far a blend reaches. mm */
-static const double blend_leg = 36, blend_arm = 46, blend_thighs = 30;
+static const double blend_leg = 40, blend_arm = 50, blend_thighs = 44;
 
 /* Centre and Fourier coefficients of one section. */
 static void section_set(double value[SWEEP_COLUMNS], double side, double front, const double radius[8])
@@ -146,7 +146,7 @@ void body_init(struct body *body)
 	*trunk = (struct sweep){.axis = {0, 1, 0}, .side = {1, 0, 0}, .front = {0, 0, 1}};
 	trunk_init(trunk);
 	*arm = (struct sweep){
-		.origin = {182, 1398, -26}, .axis = {0.8, -0.6, 0}, .side = {0.6, 0.8, 0}, .front = {0, 0, 1}};
+		.origin = {184, 1384, -26}, .axis = {0.8, -0.6, 0}, .side = {0.6, 0.8, 0}, .front = {0, 0, 1}};
 	sweep_init(arm, arm_stations, LENGTH_OF(arm_stations));
 	struct vec3 down = vec3_unit((struct vec3){72, -830, 0});
 	*leg = (struct sweep){.origin = {96, 920, -2}, .axis = down, .side = {-down.y, down.x, 0}, .front = {0, 0, 1}};
@@ -190,7 +190,9 @@ static double sweep_distance(const struct sweep *sweep, struct vec3 p)
 	double front = vec3_dot(d, sweep->front) - section[1];
 	double r = sqrt(side * side + front * front);
 	double radius = r > 1e-9 ? section_radius(section, front / r, side / r) : section[2];
-	return sqrt(r * r + beyond * beyond) - radius;
+	/* The cap is half an ellipsoid on the section, 0.4 of its mean radius deep. */
+	double share = r / radius, depth = beyond / (0.4 * section[2]);
+	return radius * (sqrt(share * share + depth * depth) - 1);
 }
 
 static double smooth_min(double a, double b, double reach)
@@ -268,12 +270,13 @@ static double side_line(const struct body *body, struct vec3 p)
 	return z;
 }
 
-/* The armhole rises from the armpit to the shoulder point and is scooped in front and behind. */
+/* The armhole halves the angle between flank and arm at the armpit, that between shoulder and arm at the top, and is
+ * scooped in front and behind: a hyperbola, bent. */
 static double armhole_side(struct vec3 p)
 {
-	double rise = p.y - 1345, scoop = p.z + 26;
-	double line = 172 + 0.0016 * rise * rise - 0.0014 * scoop * scoop;
-	return (p.x - line) / sqrt(1 + 0.0032 * 0.0032 * rise * rise);
+	double rise = p.y - 1384, scoop = p.z + 26, root = sqrt(rise * rise + 60 * 60), slope = 0.8 * rise / root;
+	double line = 164 + 0.8 * (root - 60) - 0.0012 * scoop * scoop;
+	return (p.x - line) / sqrt(1 + slope * slope);
 }
 
 double body_cut_side(const struct body *body, enum body_cut cut, struct vec3 p)
@@ -283,7 +286,7 @@ double body_cut_side(const struct body *body, enum body_cut cut, struct vec3 p)
 	case CUT_CENTRE:
 		return p.x;
 	case CUT_NECK:
-		return p.x > 115 ? -1 : (p.y - 1466 + 0.42 * (p.z + 26)) / 1.0846;
+		return p.x > 115 ? -1 : (p.y - 1486 + 0.42 * (p.z + 30)) / 1.0846;
 	case CUT_WRIST:
 		return p.x < 350 ? -1 : vec3_dot(vec3_sub(p, arm->origin), arm->axis) - 545;
 	case CUT_ANKLE:

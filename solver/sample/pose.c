@@ -5,7 +5,7 @@
 
 static const struct vec3 rest_joints[BONE_COUNT] = {
 	[BONE_PELVIS] = {0, 960, -15},     [BONE_LUMBAR] = {0, 1060, -28},      [BONE_CHEST] = {0, 1200, -36},
-	[BONE_CLAVICLE] = {28, 1420, -20}, [BONE_UPPER_ARM] = {178, 1396, -28}, [BONE_FOREARM] = {414, 1224, -24},
+	[BONE_CLAVICLE] = {28, 1412, -20}, [BONE_UPPER_ARM] = {180, 1382, -28}, [BONE_FOREARM] = {416, 1210, -24},
 	[BONE_THIGH] = {94, 915, -6},      [BONE_SHIN] = {134, 482, -4},
 };
 
