@@ -20,6 +20,15 @@ struct vec3 pose_joint(enum bone bone)
 	return rest_joints[bone];
 }
 
+enum bone pose_parent(enum bone bone)
+{
+	if (bone <= BONE_CHEST)
+		return bone == BONE_PELVIS ? BONE_PELVIS : bone - 1;
+	if (bone < BONE_UPPER_ARM)
+		return BONE_CHEST;
+	return bone == BONE_THIGH || bone == BONE_THIGH + 1 ? BONE_PELVIS : bone - 2;
+}
+
 /* Sine and cosine of half an angle of at most 360 degrees, by their series. */
 static void half_angle(double degrees, double *cosine, double *sine)
 {

@@ -1,7 +1,6 @@
 /* Skinning by dual quaternions: L. Kavan, S. Collins, J. Zara, C. O'Sullivan: "Geometric Skinning with Approximate Dual
  * Quaternion Blending", ACM TOG 27(4), 2008. How much a bone moves a vertex is a smooth function of its place in rest,
  * so a finer mesh of the same suit moves just as a coarse one. */
-#include "solver/sample/body.h"
 #include "solver/sample/motion.h"
 #include "solver/sample/pose.h"
 #include "solver/sample/sample.h"
@@ -24,32 +23,46 @@ struct sample_rig {
 	struct influence *influence;
 };
 
-/* 0 below `from`, 1 above `to`, with two continuous derivatives. */
+/* 0 below `from`, 1 above `to`, straight between but for eased ends: the slope is what stretches the cloth over a
+ * joint, so it stays as low as it can and has no jumps. */
 static double rise(double from, double to, double x)
 {
+	const double ease = 0.25;
 	double t = (x - from) / (to - from);
 	t = t < 0 ? 0 : t > 1 ? 1 : t;
-	return t * t * t * (10 - t * (15 - 6 * t));
+	double end = t > 0.5 ? 1 - t : t, value = end < ease ? end * end / (2 * ease) : end - ease / 2;
+	value /= 1 - ease;
+	return t > 0.5 ? 1 - value : value;
 }
 
-/* Along the left arm or leg from its root joint, mm. */
-static double along(enum bone root, enum bone end, struct vec3 p)
+/* How far p lies beyond a joint of the left arm or leg, along the bone from `root` to `end`; mm. */
+static double beyond(enum bone joint, enum bone root, enum bone end, struct vec3 p)
 {
 	struct vec3 axis = vec3_unit(vec3_sub(pose_joint(end), pose_joint(root)));
-	return vec3_dot(vec3_sub(p, pose_joint(end)), axis);
+	return vec3_dot(vec3_sub(p, pose_joint(joint)), axis);
+}
+
+/* How far p lies into the arm: along it, less what lies far below it, which is the flank. mm, roughly. */
+static double into_arm(struct vec3 p)
+{
+	struct vec3 axis = vec3_unit(vec3_sub(pose_joint(BONE_FOREARM), pose_joint(BONE_UPPER_ARM)));
+	struct vec3 d = vec3_sub(p, pose_joint(BONE_UPPER_ARM));
+	double below = d.x * axis.y - d.y * axis.x - 60;
+	double less = below < 0 ? 0 : below < 30 ? below * below / 40 : 1.5 * below - 22.5;
+	return vec3_dot(d, axis) - less;
 }
 
 /* Weights of all bones at p, size L. */
-static void weights_at(const struct body *body, struct vec3 p, double weight[BONE_COUNT])
+static void weights_at(struct vec3 p, double weight[BONE_COUNT])
 {
 	int side = p.x < 0;
 	struct vec3 left = {fabs(p.x), p.y, p.z};
-	double arm = rise(-80, 80, body_cut_side(body, CUT_ARMHOLE, left));
-	double fore = rise(-90, 90, along(BONE_UPPER_ARM, BONE_FOREARM, left));
+	double arm = rise(-110, 150, into_arm(left));
+	double fore = rise(-115, 115, beyond(BONE_FOREARM, BONE_UPPER_ARM, BONE_FOREARM, left));
 	double crease = 0.745 * left.x - 0.667 * (left.y - 775);
-	double leg = (1 - arm) * rise(-100, 120, crease) * rise(1060, 960, left.y);
-	double shin = rise(-105, 105, along(BONE_THIGH, BONE_SHIN, left));
-	double across = rise(-50, 50, left.x);
+	double leg = (1 - arm) * rise(-150, 140, crease) * rise(1060, 960, left.y);
+	double shin = rise(-135, 135, beyond(BONE_SHIN, BONE_THIGH, BONE_SHIN, left));
+	double across = rise(-45, 45, left.x);
 	double trunk = 1 - arm - leg;
 	double lumbar = rise(960, 1140, left.y), chest = rise(1110, 1300, left.y);
 	double girdle = 0.85 * rise(1320, 1440, left.y) * rise(15, 125, left.x);
@@ -88,8 +101,6 @@ static void keep_strongest(struct influence *influence, const double weight[BONE
 enum tw_status sample_rig_build(struct sample_rig **rig, struct arena *arena, const struct garment *garment,
 				enum sample_size size, struct tw_error *error)
 {
-	struct body body;
-	body_init(&body);
 	struct sample_rig *made = ARENA_ZEROED(arena, 1, struct sample_rig);
 	if (!made)
 		return tw_fail_memory(error);
@@ -103,7 +114,7 @@ enum tw_status sample_rig_build(struct sample_rig **rig, struct arena *arena, co
 		const double *p = garment->position + 3 * (size_t)v;
 		double weight[BONE_COUNT];
 		struct vec3 s = made->scale;
-		weights_at(&body, (struct vec3){p[0] / s.x, p[1] / s.y, p[2] / s.z}, weight);
+		weights_at((struct vec3){p[0] / s.x, p[1] / s.y, p[2] / s.z}, weight);
 		keep_strongest(&made->influence[v], weight);
 	}
 	*rig = made;
@@ -136,22 +147,33 @@ static struct quaternion step4(struct quaternion a, struct quaternion b, double 
 
 static struct vec3 moved(const struct dual bone[BONE_COUNT], const struct influence *influence, struct vec3 p)
 {
-	struct quaternion r = {0, 0, 0, 0}, d = r, first = bone[influence->bone[0]].real;
+	const struct quaternion zero = {0, 0, 0, 0};
+	struct quaternion r = zero, d = zero;
 	for (int i = 0; i < INFLUENCES && influence->weight[i] > 0; i++) {
-		const struct dual *b = &bone[influence->bone[i]];
-		double w = (double)influence->weight[i];
-		/* A turn and its negative are the same turn; take the one nearer to the strongest bone's. */
-		w = dot4(b->real, first) < 0 ? -w : w;
-		r = step4(r, b->real, w);
-		d = step4(d, b->dual, w);
+		r = step4(r, bone[influence->bone[i]].real, (double)influence->weight[i]);
+		d = step4(d, bone[influence->bone[i]].dual, (double)influence->weight[i]);
 	}
 	double size = 1 / sqrt(dot4(r, r));
-	r = step4((struct quaternion){0, 0, 0, 0}, r, size);
-	d = step4((struct quaternion){0, 0, 0, 0}, d, size);
+	r = step4(zero, r, size);
+	d = step4(zero, d, size);
 	struct vec3 axis = {r.x, r.y, r.z}, dual = {d.x, d.y, d.z};
 	struct vec3 turn = vec3_cross(axis, vec3_step(vec3_cross(axis, p), p, r.w));
-	struct vec3 move = vec3_step(vec3_sub(vec3_scale(dual, r.w), vec3_scale(axis, d.w)), vec3_cross(axis, dual), 1);
+	struct vec3 move = vec3_sub(vec3_scale(dual, r.w), vec3_scale(axis, d.w));
+	move = vec3_add(move, vec3_cross(axis, dual));
 	return vec3_step(vec3_step(p, turn, 2), move, 2);
+}
+
+/* A turn and its negative are the same turn, but blend differently: each bone takes the one nearer to its parent's, so
+ * that the choice never changes from one vertex to the next. Parents come before their children. */
+static void align_to_parents(struct dual bone[BONE_COUNT])
+{
+	for (int b = BONE_LUMBAR; b < BONE_COUNT; b++) {
+		enum bone parent = pose_parent((enum bone)b);
+		if (dot4(bone[b].real, bone[parent].real) >= 0)
+			continue;
+		bone[b].real = step4((struct quaternion){0, 0, 0, 0}, bone[b].real, -1);
+		bone[b].dual = step4((struct quaternion){0, 0, 0, 0}, bone[b].dual, -1);
+	}
 }
 
 void sample_rig_pose(const struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position)
@@ -163,6 +185,7 @@ void sample_rig_pose(const struct sample_rig *rig, uint32_t motion, uint32_t fra
 	pose_bones(bone, &pose, rig->scale);
 	for (int b = 0; b < BONE_COUNT; b++)
 		dual[b] = dual_from(&bone[b]);
+	align_to_parents(dual);
 	for (uint32_t v = 0; v < rig->vertex_count; v++) {
 		const double *p = rig->rest + 3 * (size_t)v;
 		struct vec3 q = moved(dual, &rig->influence[v], (struct vec3){p[0], p[1], p[2]});
