@@ -171,7 +171,7 @@ static void to_bytes(float *values, size_t count)
 	}
 }
 
-static enum tw_status write_motion(const char *path, const struct sample_rig *rig, uint32_t motion, uint32_t vertices,
+static enum tw_status write_motion(const char *path, struct sample_rig *rig, uint32_t motion, uint32_t vertices,
 				   float *position, struct tw_error *error)
 {
 	uint32_t frames = sample_motion_at(motion)->frame_count;

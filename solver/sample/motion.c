@@ -95,7 +95,7 @@ static const struct key jumping_jack_keys[] = {
 	  .leg = {{.spread = 12, .knee = 4}, {.spread = 12, .knee = 4}}}},
 	{19,
 	 {.rise = -30,
-	  .arm = {{.raise = 98, .elbow = 18}, {.raise = 98, .elbow = 18}},
+	  .arm = {{.raise = 90, .elbow = 18}, {.raise = 90, .elbow = 18}},
 	  .leg = {{.lift = 8, .spread = 24, .knee = 18}, {.lift = 8, .spread = 24, .knee = 18}}}},
 	{27,
 	 {.rise = 70,

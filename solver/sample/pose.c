@@ -13,7 +13,7 @@ static const struct vec3 rest_joints[BONE_COUNT] = {
 static const struct vec3 arm_axis = {0.8, -0.6, 0}, elbow_axis = {-0.6, -0.8, 0};
 
 /* How much of an arm's raise and turn the shoulder girdle takes. */
-static const double girdle_raise = 0.3, girdle_turn = 0.22;
+static const double girdle_raise = 0.36, girdle_turn = 0.22;
 
 struct vec3 pose_joint(enum bone bone)
 {

@@ -5,6 +5,7 @@
 #include "solver/sample/pose.h"
 #include "solver/sample/sample.h"
 #include "solver/sample/size.h"
+#include "solver/sample/slide.h"
 
 #include <string.h>
 
@@ -21,6 +22,9 @@ struct sample_rig {
 	uint32_t vertex_count;
 	const double *rest; /* borrowed from the garment: [vertex_count][3] */
 	struct influence *influence;
+	struct slide *slide;
+	struct influence *net_influence;
+	struct vec3 *net_posed;
 };
 
 /* 0 below `from`, 1 above `to`, straight between but for eased ends: the slope is what stretches the cloth over a
@@ -48,7 +52,7 @@ static double into_arm(struct vec3 p)
 	struct vec3 axis = vec3_unit(vec3_sub(pose_joint(BONE_FOREARM), pose_joint(BONE_UPPER_ARM)));
 	struct vec3 d = vec3_sub(p, pose_joint(BONE_UPPER_ARM));
 	double below = d.x * axis.y - d.y * axis.x - 60;
-	double less = below < 0 ? 0 : below < 30 ? below * below / 40 : 1.5 * below - 22.5;
+	double less = below < 0 ? 0 : below < 30 ? below * below / 30 : 2 * below - 30;
 	return vec3_dot(d, axis) - less;
 }
 
@@ -57,7 +61,7 @@ static void weights_at(struct vec3 p, double weight[BONE_COUNT])
 {
 	int side = p.x < 0;
 	struct vec3 left = {fabs(p.x), p.y, p.z};
-	double arm = rise(-110, 150, into_arm(left));
+	double arm = rise(-100, 150, into_arm(left));
 	double fore = rise(-115, 115, beyond(BONE_FOREARM, BONE_UPPER_ARM, BONE_FOREARM, left));
 	double crease = 0.745 * left.x - 0.667 * (left.y - 775);
 	double leg = (1 - arm) * rise(-150, 140, crease) * rise(1060, 960, left.y);
@@ -98,6 +102,36 @@ static void keep_strongest(struct influence *influence, const double weight[BONE
 		influence->weight[i] = (float)((double)influence->weight[i] / sum);
 }
 
+static void influence_at(struct influence *influence, struct vec3 p, struct vec3 scale)
+{
+	double weight[BONE_COUNT];
+	weights_at((struct vec3){p.x / scale.x, p.y / scale.y, p.z / scale.z}, weight);
+	keep_strongest(influence, weight);
+}
+
+static struct vec3 rest_of(const struct sample_rig *rig, uint32_t v)
+{
+	const double *p = rig->rest + 3 * (size_t)v;
+	return (struct vec3){p[0], p[1], p[2]};
+}
+
+static bool net_build(struct sample_rig *rig, struct arena *arena)
+{
+	struct body body;
+	uint32_t count;
+	body_init(&body);
+	if (!slide_build(&rig->slide, arena, &body, rig->scale, rig->rest, rig->vertex_count))
+		return false;
+	const struct vec3 *net = slide_rest(rig->slide, &count);
+	rig->net_influence = ARENA_ARRAY(arena, count, struct influence);
+	rig->net_posed = ARENA_ARRAY(arena, count, struct vec3);
+	if (!rig->net_influence || !rig->net_posed)
+		return false;
+	for (uint32_t v = 0; v < count; v++)
+		influence_at(&rig->net_influence[v], net[v], rig->scale);
+	return true;
+}
+
 enum tw_status sample_rig_build(struct sample_rig **rig, struct arena *arena, const struct garment *garment,
 				enum sample_size size, struct tw_error *error)
 {
@@ -108,15 +142,10 @@ enum tw_status sample_rig_build(struct sample_rig **rig, struct arena *arena, co
 	made->vertex_count = garment->vertex_count;
 	made->rest = garment->position;
 	made->influence = ARENA_ARRAY(arena, garment->vertex_count, struct influence);
-	if (!made->influence)
+	if (!made->influence || !net_build(made, arena))
 		return tw_fail_memory(error);
-	for (uint32_t v = 0; v < garment->vertex_count; v++) {
-		const double *p = garment->position + 3 * (size_t)v;
-		double weight[BONE_COUNT];
-		struct vec3 s = made->scale;
-		weights_at((struct vec3){p[0] / s.x, p[1] / s.y, p[2] / s.z}, weight);
-		keep_strongest(&made->influence[v], weight);
-	}
+	for (uint32_t v = 0; v < garment->vertex_count; v++)
+		influence_at(&made->influence[v], rest_of(made, v), made->scale);
 	*rig = made;
 	return TW_OK;
 }
@@ -176,19 +205,23 @@ static void align_to_parents(struct dual bone[BONE_COUNT])
 	}
 }
 
-void sample_rig_pose(const struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position)
+void sample_rig_pose(struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position)
 {
 	struct pose pose;
 	struct rigid bone[BONE_COUNT];
 	struct dual dual[BONE_COUNT];
+	uint32_t net_count;
+	const struct vec3 *net = slide_rest(rig->slide, &net_count);
 	motion_pose(&pose, motion, frame);
 	pose_bones(bone, &pose, rig->scale);
 	for (int b = 0; b < BONE_COUNT; b++)
 		dual[b] = dual_from(&bone[b]);
 	align_to_parents(dual);
+	for (uint32_t v = 0; v < net_count; v++)
+		rig->net_posed[v] = moved(dual, &rig->net_influence[v], net[v]);
+	slide_relax(rig->slide, rig->net_posed);
 	for (uint32_t v = 0; v < rig->vertex_count; v++) {
-		const double *p = rig->rest + 3 * (size_t)v;
-		struct vec3 q = moved(dual, &rig->influence[v], (struct vec3){p[0], p[1], p[2]});
+		struct vec3 q = vec3_add(moved(dual, &rig->influence[v], rest_of(rig, v)), slide_shift(rig->slide, v));
 		position[3 * (size_t)v] = (float)q.x;
 		position[3 * (size_t)v + 1] = (float)q.y;
 		position[3 * (size_t)v + 2] = (float)q.z;

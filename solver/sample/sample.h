@@ -40,8 +40,9 @@ struct sample_rig;
 enum tw_status sample_rig_build(struct sample_rig **rig, struct arena *arena, const struct garment *garment,
 				enum sample_size size, struct tw_error *error) TW_NODISCARD;
 
-/* Writes the worn positions in one frame of a motion, mm: position[vertex_count][3]. `frame` < its frame_count. */
-void sample_rig_pose(const struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position);
+/* Writes the worn positions in one frame of a motion, mm: position[vertex_count][3]. `frame` < its frame_count. A frame
+ * depends on nothing but its number. The rig keeps scratch space: not for two threads at once. */
+void sample_rig_pose(struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position);
 
 /* A place for electronics: a vertex (face == GARMENT_NONE), or a point inside a face. */
 struct sample_terminal {
