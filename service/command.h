@@ -12,6 +12,7 @@ struct command {
 
 int command_sample(int argc, char **argv);
 int command_layout(int argc, char **argv);
+int command_field(int argc, char **argv);
 int command_steiner(int argc, char **argv);
 int command_rig(int argc, char **argv);
 int command_serve(int argc, char **argv);

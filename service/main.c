@@ -10,6 +10,7 @@ static const struct command commands[] = {
 	{"serve", command_serve, "the HTTP service with its worker processes"},
 	{"worker", command_worker, "one worker process on a store"},
 	{"layout", command_layout, "the whole computation: garment, motions and terminals in, wiring out"},
+	{"field", command_field, "the weight field of a garment for a set of motions"},
 	{"steiner", command_steiner, "exact Steiner tree of a PACE or SteinLib file"},
 	{"rig", command_rig, "read the acquisition box of the bench rig"},
 	{"backup", command_backup, "copy a store that is in use"},

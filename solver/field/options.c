@@ -44,3 +44,25 @@ void field_options_resolve(struct field_options *options)
 	if (options->overhang == FIELD_OVERHANG_CHARGE)
 		options->overhang = FIELD_OVERHANG_IGNORE;
 }
+
+json_t *field_options_changes(const struct field_options *asked)
+{
+	struct field_options resolved = *asked;
+	field_options_resolve(&resolved);
+	json_t *before = option_to_json(&field_option_table, asked),
+	       *after = option_to_json(&field_option_table, &resolved);
+	json_t *changes = before && after ? json_object() : NULL;
+	const char *name;
+	json_t *value;
+	json_object_foreach(after, name, value)
+	{
+		if (changes && !json_equal(value, json_object_get(before, name)) &&
+		    json_object_set(changes, name, value)) {
+			json_decref(changes);
+			changes = NULL;
+		}
+	}
+	json_decref(before);
+	json_decref(after);
+	return changes;
+}

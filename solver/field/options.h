@@ -52,4 +52,7 @@ extern const struct option_table field_option_table;
 /* Puts the preset's values where an option still has its default: what the caller set himself stays. */
 void field_options_resolve(struct field_options *options);
 
+/* What the preset changes: {"energy": "printed", …}, empty without one. A new reference; NULL when out of memory. */
+json_t *field_options_changes(const struct field_options *asked) TW_NODISCARD;
+
 #endif
