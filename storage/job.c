@@ -110,9 +110,11 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struc
 	bool more = false;
 	memset(page, 0, sizeof *page);
 	page->jobs = calloc(limit, sizeof *page->jobs);
-	if (!page->jobs)
+	if (!page->jobs) {
 		q->code = SQLITE_NOMEM;
-	while (sql_step(q) && !more) {
+		return sql_end(q, error);
+	}
+	while (sql_step(q)) {
 		more = page->count == limit;
 		if (more)
 			break;

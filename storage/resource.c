@@ -62,9 +62,11 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, struct resource_p
 	bool more = false;
 	memset(page, 0, sizeof *page);
 	page->resources = calloc(limit, sizeof *page->resources);
-	if (!page->resources)
+	if (!page->resources) {
 		q->code = SQLITE_NOMEM;
-	while (!more && sql_step(q)) {
+		return sql_end(q, error);
+	}
+	while (sql_step(q)) {
 		more = page->count == limit;
 		if (more)
 			break;

@@ -29,7 +29,7 @@ static bool parse_limit(const char *query, uint64_t *limit)
 {
 	static const char key[] = "limit_bytes=";
 	char *end = NULL;
-	if (strncmp(query, key, sizeof key - 1) || query[sizeof key - 1] < '0' || query[sizeof key - 1] > '9')
+	if (strncmp(query, key, sizeof key - 1) != 0 || query[sizeof key - 1] < '0' || query[sizeof key - 1] > '9')
 		return false;
 	errno = 0;
 	*limit = strtoull(query + sizeof key - 1, &end, 10);
