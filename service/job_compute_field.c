@@ -69,9 +69,12 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 	char mesh_id[STORE_ID_SIZE];
 	const struct cached_mesh *mesh = NULL;
 	struct field_options options;
-	struct field field;
+	/* In the arena, because its arrays (the scale is one) are written after this function has returned. */
+	struct field *field = ARENA_ZEROED(work->arena, 1, struct field);
 	double **mean = NULL;
 	size_t motion_count = 0;
+	if (!field)
+		return tw_fail_memory(error);
 	enum tw_status status = cache_read_options(&field_option_table, &options, work->resource->options, error);
 	if (status == TW_OK)
 		status = work_find_mesh(work, work->resource->id, mesh_id, error);
@@ -84,15 +87,15 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 	if (status == TW_OK)
 		status = work_step(work, 0.5, "weights", error);
 	if (status == TW_OK)
-		status = field_compute(&field, work->arena, &mesh->garment, &mesh->topology,
-				       (const double *const *)mean, motion_count, &options, work->threads, error);
+		status = field_compute(field, work->arena, &mesh->garment, &mesh->topology, (const double *const *)mean,
+				       motion_count, &options, work->threads, error);
 	if (status != TW_OK)
 		return status;
 	struct tw_array *arrays = ARENA_ARRAY(work->arena, FIELD_ARRAYS, struct tw_array);
 	if (!arrays)
 		return tw_fail_memory(error);
-	field_to_arrays(&field, arrays);
+	field_to_arrays(field, arrays);
 	work->result.arrays = arrays;
 	work->result.array_count = FIELD_ARRAYS;
-	return work_summary(work, show_field(&field, motion_count), error);
+	return work_summary(work, show_field(field, motion_count), error);
 }
