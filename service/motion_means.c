@@ -2,6 +2,7 @@
 #include "service/motion_means.h"
 
 #include "service/blob_source.h"
+#include "solver/motion/fit.h"
 
 #include <string.h>
 
@@ -87,10 +88,13 @@ static enum tw_status add_frames(struct frames *frames, struct work *work, struc
 	bool end = false;
 	double whole = motion_info(frames->reader)->frame_count;
 	for (*frame_count = 0;; ++*frame_count) {
+		float *position = strain_mean_slot(mean);
 		double part = whole > 0 ? *frame_count / whole : 0.5;
 		enum tw_status status = work_step(work, share_from + (share_to - share_from) * part, "frames", error);
 		if (status == TW_OK)
-			status = next_frame(frames, strain_mean_slot(mean), &end, error);
+			status = next_frame(frames, position, &end, error);
+		if (status == TW_OK && !end && *frame_count == 0)
+			status = motion_check_fit(frames->garment, position, error);
 		if (status != TW_OK || end)
 			return status;
 		strain_mean_add(mean);

@@ -1,5 +1,7 @@
 #include "solver/field/means.h"
 
+#include "solver/motion/fit.h"
+
 #include <string.h>
 
 struct stream {
@@ -53,6 +55,10 @@ static enum tw_status add_frames(struct strain_mean *mean, struct stream *stream
 		const float *positions;
 		enum tw_status status = next_frame(stream, &positions, error);
 		if (status || !positions)
+			return status;
+		if (done == 1)
+			status = motion_check_fit(stream->garment, positions, error);
+		if (status)
 			return status;
 		memcpy(strain_mean_slot(mean), positions, bytes);
 		strain_mean_add(mean);

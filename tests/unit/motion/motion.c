@@ -1,6 +1,7 @@
 /* Point caches: what is written comes back, frame by frame; every damaged header and body is an error that names its
  * place. */
 #include "solver/motion/motion.h"
+#include "solver/motion/fit.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -253,6 +254,25 @@ static void what_is_no_number_is_named_by_frame_and_vertex(void **state)
 	}
 }
 
+static void motion_in_another_unit_or_order_does_not_fit(void **state)
+{
+	struct stream *s = *state;
+	double position[] = {0, 0, 0, 10, 0, 0, 0, 10, 0, 500, 500, 500};
+	uint32_t face[] = {0, 1, 2};
+	struct garment garment = {.vertex_count = 4, .face_count = 1, .position = position, .face_vertex = face};
+	float frame[12];
+	for (int i = 0; i < 12; i++)
+		frame[i] = (float)position[i] * 1.5F + 3;
+	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_OK);
+	for (int i = 0; i < 12; i++)
+		frame[i] = (float)position[i] / 10;
+	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
+	assert_string_equal(s->error.type, "motion-does-not-fit");
+	for (int i = 0; i < 12; i++)
+		frame[i] = (float)position[(i + 3) % 12];
+	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
+}
+
 /* --- OBJ sequences
  * ---------------------------------------------------------------------------------------------------- */
 
@@ -408,6 +428,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(claims_of_gigabytes_are_refused_without_reading, setup, teardown),
 		cmocka_unit_test_setup_teardown(unknown_version_and_bad_rate_are_refused, setup, teardown),
 		cmocka_unit_test_setup_teardown(what_is_no_number_is_named_by_frame_and_vertex, setup, teardown),
+		cmocka_unit_test_setup_teardown(motion_in_another_unit_or_order_does_not_fit, setup, teardown),
 		cmocka_unit_test_setup_teardown(obj_sequence_comes_back_in_natural_order, setup, teardown),
 		cmocka_unit_test_setup_teardown(long_names_are_read, setup, teardown),
 		cmocka_unit_test_setup_teardown(reordered_vertices_are_noticed, setup, teardown),
