@@ -13,9 +13,10 @@ enum { RETRY_PAUSE_MS = 1000 };
 static enum tw_status anything_to_do(struct store *store, unsigned kinds, int64_t now_ms, bool *found,
 				     struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT EXISTS (SELECT 1 FROM job WHERE state = 0 AND waiting_for = 0"
-					" AND not_before_ms <= ?1 AND ?2 >> kind & 1)"
-					" OR EXISTS (SELECT 1 FROM job WHERE state = 1 AND lease_until_ms < ?1)");
+	struct sql q = sql_query(
+		store, "SELECT EXISTS (SELECT 1 FROM job INDEXED BY job_claimable WHERE state = 0 AND waiting_for = 0"
+		       " AND not_before_ms <= ?1 AND ?2 >> kind & 1)"
+		       " OR EXISTS (SELECT 1 FROM job INDEXED BY job_leased WHERE state = 1 AND lease_until_ms < ?1)");
 	sql_bind_int(&q, now_ms);
 	sql_bind_int(&q, kinds);
 	*found = sql_step(&q) && sql_int(&q);
@@ -66,8 +67,9 @@ static enum tw_status expire_one(struct store *store, const struct running *job,
 static enum tw_status next_expired(struct store *store, int64_t now_ms, struct running *job, bool *found,
 				   struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number, attempts, attempts_max, cancel_requested FROM job"
-					" WHERE state = 1 AND lease_until_ms < ? LIMIT 1");
+	struct sql q =
+		sql_query(store, "SELECT number, attempts, attempts_max, cancel_requested"
+				 " FROM job INDEXED BY job_leased WHERE state = 1 AND lease_until_ms < ? LIMIT 1");
 	sql_bind_int(&q, now_ms);
 	*found = sql_step(&q);
 	if (*found)
@@ -95,7 +97,8 @@ static enum tw_status take_first(struct store *store, unsigned kinds, const char
 		store,
 		"UPDATE job SET state = 1, attempts = attempts + 1, fence = fence + 1, worker = ?1,"
 		" lease_until_ms = ?2, started_ms = ?3, progress = 0, stage = ''"
-		" WHERE number = (SELECT number FROM job WHERE state = 0 AND waiting_for = 0 AND not_before_ms <= ?3"
+		" WHERE number = (SELECT number FROM job INDEXED BY job_claimable"
+		"  WHERE state = 0 AND waiting_for = 0 AND not_before_ms <= ?3"
 		"  AND ?4 >> kind & 1 ORDER BY priority DESC, number LIMIT 1)"
 		" RETURNING number, fence, kind, attempts, id, (SELECT id FROM resource WHERE number = job.resource)");
 	sql_bind_text(&q, worker);

@@ -1,4 +1,7 @@
-/* Rows as structs, and the steps in the life of a job that more than one file takes. */
+/* Rows as structs, and the steps in the life of a job that more than one file takes.
+ *
+ * The plus in `+state` keeps SQLite from walking all queued jobs by their state where the few rows are known by
+ * resource: with ten thousand jobs queued that is what every step would cost. */
 #include "storage/row.h"
 
 #include <stdlib.h>
@@ -79,7 +82,7 @@ static enum tw_status release_dependents(struct store *store, int64_t job, struc
 	struct sql q = sql_query(
 		store, "UPDATE job SET waiting_for = (SELECT count(*) FROM need n JOIN job m ON m.resource = n.needed"
 		       " WHERE n.resource = job.resource AND m.state <> 2)"
-		       " WHERE state = 0 AND resource IN"
+		       " WHERE +state = 0 AND resource IN"
 		       " (SELECT n.resource FROM need n JOIN job d ON d.resource = n.needed WHERE d.number = ?)");
 	sql_bind_int(&q, job);
 	return sql_run(&q, NULL, error);
@@ -99,7 +102,7 @@ static enum tw_status fail_dependents(struct store *store, int64_t job, struct t
 		" failure_where = '', failure_text = (SELECT iif(state = 4, id || ', which this is made from, was "
 		"cancelled',"
 		"  id || ', which this is made from, failed: ' || text) FROM cause)"
-		" WHERE state = 0 AND resource IN (SELECT resource FROM down)");
+		" WHERE +state = 0 AND resource IN (SELECT resource FROM down)");
 	sql_bind_int(&q, job);
 	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, TW_ERROR_CONFLICT);
@@ -122,7 +125,7 @@ enum tw_status row_count_needs(struct store *store, int64_t resource, struct tw_
 		       " UNION SELECT n.needed FROM need n JOIN up ON n.resource = up.resource)"
 		       " UPDATE job SET waiting_for = (SELECT count(*) FROM need n JOIN job m ON m.resource = n.needed"
 		       " WHERE n.resource = job.resource AND m.state <> 2)"
-		       " WHERE state = 0 AND resource IN (SELECT resource FROM up)");
+		       " WHERE +state = 0 AND resource IN (SELECT resource FROM up)");
 	sql_bind_int(&q, resource);
 	return sql_run(&q, NULL, error);
 }
@@ -144,7 +147,7 @@ static enum tw_status queue_again(struct store *store, int64_t job, struct tw_er
 		       " UPDATE job SET state = 0, attempts = 0, not_before_ms = 0, cancel_requested = 0, progress = 0,"
 		       " stage = '', partial = NULL, failure_status = 0, failure_type = '', failure_where = '',"
 		       " failure_text = '', started_ms = 0, finished_ms = 0, worker = ''"
-		       " WHERE state IN (3, 4) AND resource IN (SELECT resource FROM up)");
+		       " WHERE +state IN (3, 4) AND resource IN (SELECT resource FROM up)");
 	sql_bind_int(&q, job);
 	return sql_run(&q, NULL, error);
 }

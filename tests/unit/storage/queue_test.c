@@ -1,6 +1,8 @@
 /* The queue's promises. */
 #include "tests/unit/storage/fixture.h"
 
+#include <time.h>
+
 static void claim_takes_the_most_urgent_then_the_oldest(void **state)
 {
 	struct fixture *f = *state;
@@ -351,6 +353,42 @@ static void jobs_are_counted_by_state(void **state)
 	assert_int_equal(counts.oldest_ms, 700);
 }
 
+static double cpu_seconds(void)
+{
+	return (double)clock() / CLOCKS_PER_SEC;
+}
+
+/* A night's batch: what a step costs must not grow with what is queued. */
+static void a_long_queue_costs_no_more(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	double seconds[2];
+	for (int round = 0; round < 2; round++) {
+		double start = cpu_seconds();
+		for (int i = 0; i < 50; i++) {
+			fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+			struct job_ticket ticket = fixture_claim(f);
+			fixture_finish(f, &ticket);
+		}
+		seconds[round] = cpu_seconds() - start;
+		assert_int_equal(
+			sqlite3_exec(
+				f->oracle,
+				"WITH RECURSIVE n(i) AS (VALUES (1000) UNION ALL SELECT i + 1 FROM n WHERE i < 30000)"
+				" INSERT INTO resource(number, id, kind, name, options, created_ms)"
+				" SELECT i, 'layout_' || i, 3, '', '{}', 1 FROM n WHERE NOT EXISTS"
+				" (SELECT 1 FROM resource WHERE number = 1000);"
+				"INSERT INTO job(id, resource, kind, attempts_max, created_ms, change)"
+				" SELECT 'job_' || number, number, 3, 3, 1, -number FROM resource WHERE number >= 1000"
+				" AND NOT EXISTS (SELECT 1 FROM job WHERE resource = resource.number)",
+				NULL, NULL, NULL),
+			SQLITE_OK);
+	}
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0"), 29001);
+	assert_true(seconds[1] < 3 * seconds[0] + 0.1);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -372,6 +410,7 @@ int main(void)
 		TEST(deleting_a_job_does_not_hide_later_changes),
 		TEST(results_come_back_as_they_were_written),
 		TEST(jobs_are_counted_by_state),
+		TEST(a_long_queue_costs_no_more),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
