@@ -69,7 +69,8 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_openapi(struct api_call *call, struct tw_error *error)
 {
-	size_t size = (size_t)(_binary_openapi_yaml_end - _binary_openapi_yaml_start);
+	/* Two symbols of the linker, not of one array: subtracted as addresses. */
+	size_t size = (size_t)((uintptr_t)_binary_openapi_yaml_end - (uintptr_t)_binary_openapi_yaml_start);
 	char *copy = malloc(size);
 	if (copy)
 		memcpy(copy, _binary_openapi_yaml_start, size);

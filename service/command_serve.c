@@ -133,11 +133,12 @@ static enum tw_status start_workers(struct daemon *daemon, struct tw_error *erro
 static enum tw_status start_http(struct daemon *daemon, struct tw_error *error)
 {
 	const struct config *config = &daemon->config;
+	int64_t threads = config->http_threads < config->connections ? config->http_threads : config->connections;
 	struct http_settings settings = {
 		.api = daemon->api,
 		.metrics = daemon->metrics,
 		.socket = daemon->listener.socket,
-		.threads = (unsigned)config->http_threads,
+		.threads = (unsigned)threads,
 		.connections = (unsigned)config->connections,
 		.idle_timeout_s = (unsigned)config->idle_timeout_s,
 	};

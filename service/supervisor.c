@@ -34,8 +34,6 @@ struct supervisor {
 	struct worker workers[]; /* [settings.workers] */
 };
 
-extern char **environ;
-
 static int64_t now_ms(void)
 {
 	struct timespec now;
