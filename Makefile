@@ -175,7 +175,7 @@ build/lint/%.tidy: SHELL := /bin/bash
 
 lint: deps-lint format-check ## layering, formatting, clang-tidy, cppcheck
 	$(Q)sh tests/layering.sh
-	$(Q)$(MAKE) --no-print-directory $(tidy_stamps)
+	$(Q)$(MAKE) --no-print-directory -k $(tidy_stamps)
 	$(Q)cppcheck --quiet --std=c11 --language=c --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
 		--suppress=missingIncludeSystem -I. -D_GNU_SOURCE -DTW_NODISCARD= $(filter %.c,$(call sources,$(rooms)))
 	@echo "lint: clean"
