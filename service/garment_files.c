@@ -25,7 +25,7 @@ unsigned garment_files_threads(uint32_t wanted)
 
 enum tw_status garment_files_blame(enum tw_status status, const char *path, struct tw_error *error)
 {
-	if (status && strcmp(error->where, path) != 0) {
+	if (status && path && strcmp(error->where, path) != 0) {
 		char where[sizeof error->where];
 		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? " " : "", error->where);
 		memcpy(error->where, where, sizeof where);

@@ -24,6 +24,7 @@ struct weighing {
 	const struct field_constraints *constraints; /* may be NULL */
 	struct strip_walker *walker[PARALLEL_THREADS];
 	struct strip_walker *keep_out_walker[PARALLEL_THREADS]; /* integrate 1 over keep-outs; NULL without them */
+	double seam_price;                                      /* MPa mm2 */
 	const uint8_t *seam_vertex;                             /* [vertex_count]; NULL without a price */
 	double *cost;                                           /* [edge_count]; INFINITY where forbidden */
 	float *coverage;                                        /* [edge_count] */
@@ -51,7 +52,7 @@ static double seam_cost(const struct weighing *w, uint32_t edge)
 	if (!w->seam_vertex)
 		return 0;
 	const uint32_t *end = w->topology->edge_vertex + 2 * (size_t)edge;
-	return 0.5 * w->constraints->seam_price_mpa_mm2 * (w->seam_vertex[end[0]] + w->seam_vertex[end[1]]);
+	return 0.5 * w->seam_price * (w->seam_vertex[end[0]] + w->seam_vertex[end[1]]);
 }
 
 static bool is_forbidden(const struct weighing *w, unsigned thread, uint32_t edge, const struct strip *strip)
@@ -165,6 +166,7 @@ static enum tw_status mark_seams(struct weighing *w, struct arena *arena, struct
 		if (w->topology->edge_kind[e] == EDGE_SEAM)
 			mark[w->topology->edge_vertex[2 * e]] = mark[w->topology->edge_vertex[2 * e + 1]] = 1;
 	w->seam_vertex = mark;
+	w->seam_price = w->constraints->seam_price_mpa_mm2;
 	return TW_OK;
 }
 

@@ -2,21 +2,19 @@
 
 #include "solver/motion/fit.h"
 
-#include <string.h>
-
 struct stream {
 	const struct garment *garment;
 	struct motion_reader *reader;
-	float *frame; /* [garment_source_count][3] as the file has it */
-	float *moved; /* [vertex_count][3], where the garment has other vertices than the file */
+	float *frame; /* [garment_source_count][3] as the file has it, where that is not what the garment has */
 };
 
-/* The garment's vertices in the next frame; NULL at the end. */
-static enum tw_status next_frame(struct stream *stream, const float **positions, struct tw_error *error)
+/* Reads the garment's vertices in the next frame into `position`, [vertex_count][3]; not at the end. */
+static enum tw_status next_frame(struct stream *stream, float *position, bool *end, struct tw_error *error)
 {
-	bool end = false;
-	enum tw_status status = motion_next(stream->reader, stream->frame, &end, error);
-	*positions = status || end ? NULL : garment_frame(stream->garment, stream->frame, stream->moved);
+	float *frame = stream->frame ? stream->frame : position;
+	enum tw_status status = motion_next(stream->reader, frame, end, error);
+	if (!status && !*end)
+		garment_frame(stream->garment, frame, position);
 	return status;
 }
 
@@ -24,16 +22,19 @@ static enum tw_status next_frame(struct stream *stream, const float **positions,
 static enum tw_status rest_from_frame(struct strain_rest *rest, struct stream *stream, struct arena *arena,
 				      uint32_t number, struct tw_error *error)
 {
-	const float *positions = NULL;
+	float *position = ARENA_ARRAY(arena, 3 * (size_t)stream->garment->vertex_count, float);
+	if (!position)
+		return tw_fail_memory(error);
 	for (uint32_t i = 0; i <= number; i++) {
-		enum tw_status status = next_frame(stream, &positions, error);
+		bool end = false;
+		enum tw_status status = next_frame(stream, position, &end, error);
 		if (status)
 			return status;
-		if (!positions)
+		if (end)
 			return tw_fail(error, TW_ERROR_INPUT, "reference-frame", NULL,
 				       "the motion has %u frames, so there is no frame %u to refer to", i, number);
 	}
-	enum tw_status status = strain_rest_from_frame(rest, arena, stream->garment, positions, error);
+	enum tw_status status = strain_rest_from_frame(rest, arena, stream->garment, position, error);
 	return status ? status : motion_rewind(stream->reader, error);
 }
 
@@ -50,17 +51,15 @@ static enum tw_status find_rest(struct strain_rest *rest, struct stream *stream,
 static enum tw_status add_frames(struct strain_mean *mean, struct stream *stream, means_progress *progress,
 				 void *context, struct tw_error *error)
 {
-	size_t bytes = 3 * (size_t)stream->garment->vertex_count * sizeof(float);
 	for (uint32_t done = 1;; done++) {
-		const float *positions;
-		enum tw_status status = next_frame(stream, &positions, error);
-		if (status || !positions)
+		bool end = false;
+		enum tw_status status = next_frame(stream, strain_mean_slot(mean), &end, error);
+		if (status || end)
 			return status;
 		if (done == 1)
-			status = motion_check_fit(stream->garment, positions, error);
+			status = motion_check_fit(stream->garment, strain_mean_slot(mean), error);
 		if (status)
 			return status;
-		memcpy(strain_mean_slot(mean), positions, bytes);
 		strain_mean_add(mean);
 		if (progress && progress(context, done))
 			return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the reading was cancelled");
@@ -74,13 +73,14 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], uint32_t *fra
 {
 	struct arena_mark mark = arena_mark(arena);
 	struct stream stream = {.garment = garment, .reader = reader};
-	stream.frame = ARENA_ARRAY(arena, 3 * (size_t)garment_source_count(garment), float);
-	stream.moved = ARENA_ARRAY(arena, 3 * (size_t)garment->vertex_count, float);
 	struct strain_rest rest;
 	struct strain_mean *mean;
-	enum tw_status status = stream.frame && stream.moved ? TW_OK : tw_fail_memory(error);
-	if (!status)
-		status = find_rest(&rest, &stream, arena, options, error);
+	if (garment->source_vertex) {
+		stream.frame = ARENA_ARRAY(arena, 3 * (size_t)garment_source_count(garment), float);
+		if (!stream.frame)
+			return tw_fail_memory(error);
+	}
+	enum tw_status status = find_rest(&rest, &stream, arena, options, error);
 	if (!status)
 		status = strain_mean_new(&mean, arena, &rest, error);
 	if (!status)

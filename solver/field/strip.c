@@ -20,11 +20,11 @@
 enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
 enum { ALL_SIDES = 7 }; /* a bit each */
 
-/* Exactly a cache line. Beyond a hem lies the face numbered face_count, which counts as entered always. */
+/* Exactly a cache line. */
 struct strip_face {
-	double u[3], v[3]; /* pattern position of the corners, mm */
-	uint32_t next[3];  /* the face across each side, GARMENT_NONE at a hem */
-	uint32_t link;     /* LINK_BITS for each side: the neighbour's side, and whether a seam is between */
+	double uv[6];     /* pattern position of the corners, mm: the three u, then the three v */
+	uint32_t next[3]; /* the face across each side; at a hem face_count, which counts as entered always */
+	uint32_t link;    /* LINK_BITS for each side: the neighbour's side, and whether a seam is between */
 };
 
 struct placement {
@@ -74,8 +74,8 @@ enum tw_status strip_fabric_build(struct strip_fabric *fabric, struct arena *are
 		face[f] = (struct strip_face){.next = {garment->face_count, garment->face_count, garment->face_count}};
 		for (size_t k = 0; k < 3; k++) {
 			const double *at = garment->pattern + 2 * (size_t)garment->face_coord[3 * f + k];
-			face[f].u[k] = at[0];
-			face[f].v[k] = at[1];
+			face[f].uv[k] = at[0];
+			face[f].uv[3 + k] = at[1];
 		}
 	}
 	for (size_t e = 0; e < topology->edge_count; e++) {
@@ -128,7 +128,7 @@ struct side {
 static struct side face_side(const struct strip_face *face, uint32_t side)
 {
 	uint32_t end = side == 2 ? 0 : side + 1;
-	return (struct side){{face->u[side], face->v[side]}, {face->u[end], face->v[end]}};
+	return (struct side){{face->uv[side], face->uv[3 + side]}, {face->uv[end], face->uv[3 + end]}};
 }
 
 /* Lays the neighbour's side against ours from p to q, midpoint on midpoint, running the other way. */
@@ -190,10 +190,10 @@ static inline __attribute__((always_inline)) void place_corners(const struct str
 								const struct placement *at, four *x, four *y)
 {
 	four u, v;
-	memcpy(&u, face->u, sizeof face->u + sizeof *face->u);
-	memcpy(&v, face->v, sizeof face->v + sizeof *face->v);
+	memcpy(&u, face->uv, sizeof u);
+	memcpy(&v, face->uv + 2, sizeof v);
 	u = __builtin_shufflevector(u, u, 0, 1, 2, 0);
-	v = __builtin_shufflevector(v, v, 0, 1, 2, 0);
+	v = __builtin_shufflevector(v, v, 1, 2, 3, 1);
 	*x = at->c * u - at->s * v + at->x;
 	*y = at->s * u + at->c * v + at->y;
 }

@@ -4,6 +4,7 @@
  * (the tests compare the others). */
 #include "solver/field/field.h"
 #include "solver/field/strip.h"
+#include "solver/sample/sample.h"
 
 #include "tests/bench/bench.h"
 #include "tests/oracle/geos_strip.h"
@@ -12,7 +13,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
-enum { AROUND = 150, ALONG = 157, GEOS_EVERY = 10, ROUNDS = 5 };
+enum { GEOS_EVERY = 20, ROUNDS = 20 };
 
 struct suit {
 	struct garment garment;
@@ -22,9 +23,10 @@ struct suit {
 	double *density;
 };
 
-static void make_suit(struct suit *suit, struct arena *arena, uint32_t around, uint32_t along, double cell)
+static void make_suit(struct suit *suit, struct arena *arena, uint32_t vertices)
 {
-	mesh_tube(&suit->garment, arena, around, along, cell);
+	if (sample_garment(&suit->garment, arena, vertices, SAMPLE_L, NULL))
+		exit(1);
 	suit->density = ARENA_ARRAY(arena, suit->garment.face_count, double);
 	if (topology_build(&suit->topology, arena, &suit->garment, NULL) || !suit->density)
 		exit(1);
@@ -125,7 +127,7 @@ int main(void)
 {
 	struct arena *arena = arena_new(0);
 	struct suit suit;
-	make_suit(&suit, arena, AROUND, ALONG, 8);
+	make_suit(&suit, arena, 23500);
 	double one = 1e9, two = 1e9;
 	for (int round = 0; round < ROUNDS; round++) {
 		one = fmin(one, weigh(&suit, arena, 1));
@@ -138,7 +140,7 @@ int main(void)
 	arena_free(arena);
 
 	arena = arena_new(0);
-	make_suit(&suit, arena, 852, 852, 1.4);
+	make_suit(&suit, arena, 727000);
 	double large = weigh(&suit, arena, 2);
 	struct rusage usage;
 	getrusage(RUSAGE_SELF, &usage);

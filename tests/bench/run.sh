@@ -4,16 +4,18 @@
 # run; a missed goal is printed as MISSED and counted in the last line.
 #   BUILD  folder of the built programs     DATA  real suits, used where they are there     TIGHTWIRE  the binary
 set -u
-log="$BUILD/bench.log"
+log="$BUILD/bench.log" figures="$BUILD/bench.out"
 : >"$log"
 failed=0
+run() { # COMMAND…: its lines on the screen and in the log
+	"$@" >"$figures" || { echo "$* failed"; failed=1; }
+	tee -a "$log" <"$figures"
+}
 for program in $(find "$BUILD/tests/bench" -type f -perm -u+x ! -name '*.o' ! -name '*.d' | sort); do
-	"$program" | tee -a "$log"
-	[ "${PIPESTATUS:-0}" = 0 ] || failed=1
+	run "$program"
 done
 for script in tests/bench/*.bench.sh; do
-	[ -e "$script" ] && { sh "$script" | tee -a "$log"; }
+	[ ! -e "$script" ] || run sh "$script"
 done
-ok=$(grep -c ' ok$' "$log"); missed=$(grep -c ' MISSED$' "$log")
-echo "$ok goals met, $missed missed"
+echo "$(grep -c ' ok$' "$log") goals met, $(grep -c ' MISSED$' "$log") missed"
 [ $failed -eq 0 ]

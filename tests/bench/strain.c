@@ -1,18 +1,19 @@
 /* Strain of frames: time of a frame, and throughput beside what the machine's memory gives in the same run. */
 #include "solver/field/strain.h"
+#include "solver/sample/sample.h"
 
 #include "tests/bench/bench.h"
-#include "tests/oracle/meshes.h"
 
 #include <string.h>
 
-enum { AROUND = 150, ALONG = 157, FRAMES = 64, ROUNDS = 16 };
+enum { VERTICES = 23500, FRAMES = 64, ROUNDS = 16 };
 
 int main(void)
 {
 	struct arena *arena = arena_new(0);
 	struct garment garment;
-	mesh_tube(&garment, arena, AROUND, ALONG, 8);
+	if (sample_garment(&garment, arena, VERTICES, SAMPLE_L, NULL))
+		return 1;
 	struct strain_rest rest;
 	struct strain_mean *mean;
 	double *means[STRAIN_MODELS];
