@@ -19,22 +19,35 @@ static enum tw_status read_mean(struct work *work, const struct cached_mesh *mes
 	return status;
 }
 
-static enum tw_status read_means(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
-				 double ***mean, size_t *count, struct tw_error *error)
+/* Of one motion at a time: hundreds of them make no difference to the memory that is needed. */
+static enum tw_status add_motion(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
+				 const struct field_options *options, double share_from, double share_to,
+				 double *density, struct tw_error *error)
+{
+	double *mean = NULL;
+	struct arena_mark mark = arena_mark(work->arena);
+	enum tw_status status = work_step(work, share_from, "strain", error);
+	if (status == TW_OK)
+		status = read_mean(work, mesh, motion_id, options, share_from, share_to, &mean, error);
+	for (uint32_t f = 0; status == TW_OK && f < mesh->garment.face_count; f++)
+		density[f] = mean[f] > density[f] ? mean[f] : density[f];
+	arena_release(work->arena, mark);
+	return status;
+}
+
+/* The largest mean density over the motions, of every face. */
+static enum tw_status find_worst(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
+				 double *density, size_t *motion_count, struct tw_error *error)
 {
 	char(*ids)[STORE_ID_SIZE] = NULL;
-	enum tw_status status = resource_needs(work->store, work->resource->id, RESOURCE_MOTION, &ids, count, error);
+	enum tw_status status =
+		resource_needs(work->store, work->resource->id, RESOURCE_MOTION, &ids, motion_count, error);
 	if (status != TW_OK)
 		return status;
-	*mean = ARENA_ARRAY(work->arena, *count, double *);
-	if (!*mean)
-		status = tw_fail_memory(error);
-	for (size_t i = 0; status == TW_OK && i < *count; i++) {
-		double share = 0.5 / (double)*count;
-		status = work_step(work, share * (double)i, "strain", error);
-		if (status == TW_OK)
-			status = read_mean(work, mesh, ids[i], options, share * (double)i, share * (double)(i + 1),
-					   &(*mean)[i], error);
+	for (size_t i = 0; status == TW_OK && i < *motion_count; i++) {
+		double share = 0.5 / (double)*motion_count;
+		status = add_motion(work, mesh, ids[i], options, share * (double)i, share * (double)(i + 1), density,
+				    error);
 	}
 	free(ids);
 	return status;
@@ -64,16 +77,30 @@ static json_t *show_field(const struct field *field, size_t motion_count)
 			 "largest_density_mpa", density);
 }
 
+static enum tw_status compute(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
+			      struct field *field, size_t *motion_count, struct tw_error *error)
+{
+	double *density = ARENA_ZEROED(work->arena, mesh->garment.face_count, double);
+	if (!density)
+		return tw_fail_memory(error);
+	enum tw_status status = find_worst(work, mesh, options, density, motion_count, error);
+	if (status == TW_OK)
+		status = work_step(work, 0.5, "weights", error);
+	return status == TW_OK ? field_weigh(field, work->arena, &mesh->garment, &mesh->topology, density, options,
+					     NULL, work->threads, error)
+			       : status;
+}
+
 enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 {
 	char mesh_id[STORE_ID_SIZE];
 	const struct cached_mesh *mesh = NULL;
 	struct field_options options;
+	size_t motion_count = 0;
 	/* In the arena, because its arrays (the scale is one) are written after this function has returned. */
 	struct field *field = ARENA_ZEROED(work->arena, 1, struct field);
-	double **mean = NULL;
-	size_t motion_count = 0;
-	if (!field)
+	struct tw_array *arrays = ARENA_ARRAY(work->arena, FIELD_ARRAYS, struct tw_array);
+	if (!field || !arrays)
 		return tw_fail_memory(error);
 	enum tw_status status = cache_read_options(&field_option_table, &options, work->resource->options, error);
 	if (status == TW_OK)
@@ -83,17 +110,9 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 	if (status != TW_OK)
 		return status;
 	field_options_resolve(&options);
-	status = read_means(work, mesh, &options, &mean, &motion_count, error);
-	if (status == TW_OK)
-		status = work_step(work, 0.5, "weights", error);
-	if (status == TW_OK)
-		status = field_compute(field, work->arena, &mesh->garment, &mesh->topology, (const double *const *)mean,
-				       motion_count, &options, work->threads, error);
+	status = compute(work, mesh, &options, field, &motion_count, error);
 	if (status != TW_OK)
 		return status;
-	struct tw_array *arrays = ARENA_ARRAY(work->arena, FIELD_ARRAYS, struct tw_array);
-	if (!arrays)
-		return tw_fail_memory(error);
 	field_to_arrays(field, arrays);
 	work->result.arrays = arrays;
 	work->result.array_count = FIELD_ARRAYS;
