@@ -85,6 +85,24 @@ static void a_hundred_thousand_small_graphs_equal_the_oracle(void **state)
 	arena_free(arena);
 }
 
+/* Nothing but branch and cut: no reductions, no good trees, no deletion before. */
+static void branch_and_cut_alone_equals_the_oracle(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	const struct steiner_options options = {.disable = ((1u << FEATURES) - 1) & ~(uint64_t)STEINER_CUTS};
+	for (uint64_t seed = 0; seed < 6000; seed++) {
+		uint64_t numbers = seed + 1000000;
+		struct instance_case c;
+		case_random(&c, 8, &numbers);
+		const struct arena_mark mark = arena_mark(arena);
+		expect(oracle_dreyfus(&c), &c, &options, arena, seed, "cuts alone");
+		arena_release(arena, mark);
+	}
+	arena_free(arena);
+}
+
 static void the_two_oracles_agree(void **state)
 {
 	(void)state;
@@ -106,6 +124,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(the_two_oracles_agree),
 		cmocka_unit_test(a_hundred_thousand_small_graphs_equal_the_oracle),
+		cmocka_unit_test(branch_and_cut_alone_equals_the_oracle),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
