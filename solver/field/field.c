@@ -131,8 +131,7 @@ static enum tw_status check_input(const struct field *field, const struct field_
 	const double *multiplier = constraints ? constraints->face_multiplier : NULL;
 	char where[32];
 	if (isnan(field->options.eta_mpa))
-		return tw_fail(error, TW_ERROR_INPUT, "field-eta-auto", "/eta_mpa",
-			       "eta \"auto\" needs terminals: ask for it in a layout, or give a number here");
+		return tw_fail(error, TW_ERROR_INPUT, "field-eta", "/eta_mpa", "eta must be a number");
 	for (uint32_t f = 0; f < field->face_count; f++) {
 		snprintf(where, sizeof where, "face %u", f);
 		if (!(field->density[f] >= 0 && field->density[f] <= 1e30))

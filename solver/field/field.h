@@ -34,8 +34,8 @@ struct field_constraints {
 };
 
 /* Computes everything from the per-motion means of the energy model that the options name (strain.h):
- * mean[motion][face]. `threads` >= 1 share the work; the result does not depend on it. eta must be a number here
- * ("auto" is resolved by the layout). Arrays lie in the arena. TW_ERROR_INPUT, TW_ERROR_MEMORY. */
+ * mean[motion][face]. `threads` >= 1 share the work; the result does not depend on it. Arrays lie in the arena.
+ * TW_ERROR_INPUT, TW_ERROR_MEMORY. */
 enum tw_status field_compute(struct field *field, struct arena *arena, const struct garment *garment,
 			     const struct topology *topology, const double *const *mean, size_t motion_count,
 			     const struct field_options *options, unsigned threads,

@@ -42,8 +42,8 @@ struct field_options {
 	uint32_t reference_frame;
 	int weight; /* enum field_weighting */
 	double strip_width_mm;
-	double eta_mpa; /* NaN: "auto", which a layout resolves for its terminals */
-	int overhang;   /* enum field_overhang */
+	double eta_mpa;
+	int overhang; /* enum field_overhang */
 	double overhang_share;
 };
 

@@ -80,7 +80,7 @@ test('what cannot be done exits 1 with one line, and a wrong call 2', () => {
   const cases = [
     [field('x', '--motion', join(folder, 'short.pc2')), 1, /short\.pc2/],
     [field('x', '--motion', join(folder, 'none.pc2')), 1, /none\.pc2/],
-    [field('x', '--eta-mpa', 'auto'), 1, /eta/],
+    [field('x', '--eta-mpa', 'auto'), 2, /eta/],
     [field('x', '--eta-mpa', '-1'), 2, /eta/],
     [field('x', '--energy', 'kinetic'), 2, /stvk/],
     [run('field', '--out', folder), 2, /--worn/],
