@@ -1,101 +1,66 @@
 /* tightwire sample: writes a suit, its motions and terminal sets, as they would come from garment CAD. */
 #include "service/command.h"
-
+#include "service/file.h"
+#include "solver/motion/motion.h"
+#include "solver/option.h"
 #include "solver/sample/sample.h"
 
 #include <errno.h>
-#include <getopt.h>
 #include <jansson.h>
 #include <stdbool.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 struct request {
-	const char *directory;
+	const char *directory; /* borrowed from argv; NULL: only help was asked for */
 	uint32_t vertices;
-	enum sample_size size;
+	int size; /* enum sample_size */
 	bool json;
 };
 
-static const char *const size_names[] = {"M", "L", "XL"};
+static const char *const size_names[] = {"M", "L", "XL", NULL};
 
-static void print_help(FILE *out)
+static const struct option rows[] = {
+	{"vertices", OPTION_INTEGER, offsetof(struct request, vertices), NULL, 23500, SAMPLE_VERTICES_MIN,
+	 SAMPLE_VERTICES_MAX, NULL, "about so many, within 1.5 %"},
+	{"size", OPTION_CHOICE, offsetof(struct request, size), NULL, SAMPLE_L, 0, 0, size_names,
+	 "wearer of 170, 175 or 182 cm"},
+	{"json", OPTION_FLAG, offsetof(struct request, json), NULL, 0, 0, 0, NULL, "say what was written as JSON"},
+};
+static const struct option_table table = {rows, sizeof rows / sizeof *rows};
+
+static void print_help(void)
 {
-	fprintf(out,
-		"usage: tightwire sample --out DIR [--vertices N] [--size M|L|XL] [--json]\n\n"
-		"Writes a full-body tight suit to try tightwire with:\n"
-		"  suit.obj                worn mesh, mm, with the flat pattern as vt and a group for each piece\n"
-		"  motions/NAME.pc2        %d motions, 30 frames a second\n"
-		"  terminals/NAME.json     %d terminal sets\n\n"
-		"  --out DIR        folder to write to; made where it is missing\n"
-		"  --vertices N     about so many vertices, %u to %u (default 23500)\n"
-		"  --size M|L|XL    wearer of 170, 175 or 182 cm (default L)\n"
-		"  --json           say what was written as JSON\n",
-		SAMPLE_MOTIONS, SAMPLE_TERMINAL_SETS, SAMPLE_VERTICES_MIN, SAMPLE_VERTICES_MAX);
+	printf("usage: tightwire sample --out DIR [options]\n\n"
+	       "Writes a full-body tight suit to try tightwire with:\n"
+	       "  suit.obj                worn mesh, mm, with the flat pattern as vt and a group for each piece\n"
+	       "  motions/NAME.pc2        %d motions, 30 frames a second\n"
+	       "  terminals/NAME.json     %d terminal sets\n\n"
+	       "  --out DIR\n      folder to write to; made where it is missing\n",
+	       SAMPLE_MOTIONS, SAMPLE_TERMINAL_SETS);
+	option_print_help(&table, stdout);
 }
 
-static int usage_error(const char *text, const char *value)
+static enum tw_status parse_arguments(int argc, char **argv, struct request *request, struct tw_error *error)
 {
-	fprintf(stderr, "tightwire sample: %s%s%s; see tightwire sample --help\n", text, value ? " " : "",
-		value ? value : "");
-	return COMMAND_USAGE;
-}
-
-static bool parse_vertices(const char *text, uint32_t *vertices)
-{
-	char *end;
-	errno = 0;
-	unsigned long value = strtoul(text, &end, 10);
-	if (errno || end == text || *end || *text == '-' || value < SAMPLE_VERTICES_MIN || value > SAMPLE_VERTICES_MAX)
-		return false;
-	*vertices = (uint32_t)value;
-	return true;
-}
-
-static bool parse_size(const char *text, enum sample_size *size)
-{
-	for (int i = 0; i < 3; i++)
-		if (!strcmp(text, size_names[i])) {
-			*size = (enum sample_size)i;
-			return true;
-		}
-	return false;
-}
-
-/* COMMAND_DONE when there is something to do, with request->directory set; or after --help, without. */
-static int parse_arguments(int argc, char **argv, struct request *request)
-{
-	static const struct option options[] = {
-		{"out", required_argument, NULL, 'o'},  {"vertices", required_argument, NULL, 'v'},
-		{"size", required_argument, NULL, 's'}, {"json", no_argument, NULL, 'j'},
-		{"help", no_argument, NULL, 'h'},       {NULL, 0, NULL, 0},
-	};
-	int option;
-	optind = 1;
-	opterr = 0;
-	while ((option = getopt_long(argc, argv, "", options, NULL)) != -1) {
-		if (option == 'h') {
-			print_help(stdout);
+	option_defaults(&table, request);
+	for (int i = 1; i < argc; i++) {
+		bool taken;
+		if (!strcmp(argv[i], "--help")) {
+			print_help();
 			request->directory = NULL;
-			return COMMAND_DONE;
-		} else if (option == 'o') {
-			request->directory = optarg;
-		} else if (option == 'j') {
-			request->json = true;
-		} else if (option == 'v') {
-			if (!parse_vertices(optarg, &request->vertices))
-				return usage_error("--vertices takes a number from 2000 to 1000000, not", optarg);
-		} else if (option == 's') {
-			if (!parse_size(optarg, &request->size))
-				return usage_error("--size takes M, L or XL, not", optarg);
-		} else {
-			return usage_error("does not know", argv[optind - 1]);
+			return TW_OK;
 		}
+		enum tw_status status = option_from_arguments(&table, request, argc, argv, &i, &taken, error);
+		if (status)
+			return status;
+		if (taken)
+			continue;
+		if (strcmp(argv[i], "--out") != 0 || i + 1 == argc)
+			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "is not understood; see --help");
+		request->directory = argv[++i];
 	}
-	if (optind < argc)
-		return usage_error("does not know", argv[optind]);
-	return request->directory ? COMMAND_DONE : usage_error("needs --out DIR", NULL);
+	return request->directory ? TW_OK
+				  : tw_fail(error, TW_ERROR_INPUT, "usage", "--out", "is missing: say --out DIR");
 }
 
 /* Fills `path`; false when it does not fit. */
@@ -109,11 +74,6 @@ static enum tw_status fail_file(struct tw_error *error, const char *path)
 {
 	return tw_fail(error, errno == ENOSPC ? TW_ERROR_FULL : TW_ERROR_IO, "file", NULL, "cannot write %s: %s", path,
 		       strerror(errno));
-}
-
-static enum tw_status folder_make(const char *path, struct tw_error *error)
-{
-	return mkdir(path, 0777) && errno != EEXIST ? fail_file(error, path) : TW_OK;
 }
 
 static enum tw_status file_end(FILE *file, const char *path, struct tw_error *error)
@@ -149,18 +109,6 @@ static void put_u32(unsigned char *bytes, uint32_t value)
 		bytes[i] = (unsigned char)(value >> 8 * i);
 }
 
-/* The numbers of a PC2 header: version, points, first frame and sample rate (both float32), samples. */
-static void put_header(unsigned char header[32], uint32_t points, uint32_t samples)
-{
-	const uint32_t one_as_float = 0x3f800000;
-	memcpy(header, "POINTCACHE2", 12);
-	put_u32(header + 12, 1);
-	put_u32(header + 16, points);
-	put_u32(header + 20, 0);
-	put_u32(header + 24, one_as_float);
-	put_u32(header + 28, samples);
-}
-
 /* Floats to little-endian bytes, in place. */
 static void to_bytes(float *values, size_t count)
 {
@@ -175,12 +123,11 @@ static enum tw_status write_motion(const char *path, struct sample_rig *rig, uin
 				   float *position, struct tw_error *error)
 {
 	uint32_t frames = sample_motion_at(motion)->frame_count;
-	unsigned char header[32];
+	unsigned char header[PC2_HEADER_BYTES];
 	FILE *file = fopen(path, "wb");
 	if (!file)
 		return fail_file(error, path);
-	put_header(header, vertices, frames);
-	fwrite(header, sizeof header, 1, file);
+	fwrite(header, 1, pc2_write_header(header, vertices, frames), file);
 	for (uint32_t frame = 0; frame < frames && !ferror(file); frame++) {
 		sample_rig_pose(rig, motion, frame, position);
 		to_bytes(position, 3 * (size_t)vertices);
@@ -215,7 +162,7 @@ static enum tw_status write_motions(const struct request *request, struct arena 
 {
 	char path[4096];
 	struct sample_rig *rig;
-	enum tw_status status = sample_rig_build(&rig, arena, garment, request->size, error);
+	enum tw_status status = sample_rig_build(&rig, arena, garment, (enum sample_size)request->size, error);
 	float *position = ARENA_ARRAY(arena, 3 * (size_t)garment->vertex_count, float);
 	if (!status && !position)
 		status = tw_fail_memory(error);
@@ -234,7 +181,8 @@ static enum tw_status write_terminal_sets(const struct request *request, struct 
 	for (uint32_t set = 0; set < SAMPLE_TERMINAL_SETS && !status; set++) {
 		struct sample_terminal *terminals;
 		uint32_t count;
-		status = sample_terminals(&terminals, &count, arena, garment, request->size, set, error);
+		status = sample_terminals(&terminals, &count, arena, garment, (enum sample_size)request->size, set,
+					  error);
 		path_join(path, request->directory, "terminals/", sample_terminal_set_name(set), ".json");
 		if (!status)
 			status = write_terminals(path, terminals, count, error);
@@ -251,7 +199,7 @@ static enum tw_status folders_make(const struct request *request, struct tw_erro
 		/* The longest name that follows is shorter than 64 bytes. */
 		if (!path_join(path, request->directory, folders[i], "", "") || strlen(path) > sizeof path - 64)
 			return tw_fail(error, TW_ERROR_INPUT, "file", NULL, "the path of --out is too long");
-		status = folder_make(path, error);
+		status = file_make_folder(path, error);
 	}
 	return status;
 }
@@ -281,7 +229,7 @@ static enum tw_status write_all(const struct request *request, struct arena *are
 	struct garment garment;
 	enum tw_status status = folders_make(request, error);
 	if (!status)
-		status = sample_garment(&garment, arena, request->vertices, request->size, error);
+		status = sample_garment(&garment, arena, request->vertices, (enum sample_size)request->size, error);
 	if (!status && path_join(path, request->directory, "suit", "", ".obj"))
 		status = write_obj(path, &garment, error);
 	if (!status)
@@ -293,17 +241,22 @@ static enum tw_status write_all(const struct request *request, struct arena *are
 	return status;
 }
 
+static int fail(const struct tw_error *error, int code)
+{
+	fprintf(stderr, "tightwire sample: %s%s%s\n", error->where, error->where[0] ? ": " : "", error->text);
+	return code;
+}
+
 int command_sample(int argc, char **argv)
 {
-	struct request request = {.vertices = 23500, .size = SAMPLE_L};
-	int parsed = parse_arguments(argc, argv, &request);
-	if (parsed != COMMAND_DONE || !request.directory)
-		return parsed;
+	struct request request = {0};
 	struct tw_error error = {0};
+	if (parse_arguments(argc, argv, &request, &error))
+		return fail(&error, COMMAND_USAGE);
+	if (!request.directory)
+		return COMMAND_DONE;
 	struct arena *arena = arena_new(0);
 	enum tw_status status = arena ? write_all(&request, arena, &error) : tw_fail_memory(&error);
 	arena_free(arena);
-	if (status)
-		fprintf(stderr, "tightwire sample: %s\n", error.text);
-	return status ? COMMAND_FAILED : COMMAND_DONE;
+	return status ? fail(&error, COMMAND_FAILED) : COMMAND_DONE;
 }

@@ -13,7 +13,7 @@
 #include "solver/garment/garment.h"
 #include "tightwire.h"
 
-#define SAMPLE_VERTICES_MIN 2000u
+#define SAMPLE_VERTICES_MIN 2500u
 #define SAMPLE_VERTICES_MAX 1000000u
 
 enum sample_size { SAMPLE_M, SAMPLE_L, SAMPLE_XL };
