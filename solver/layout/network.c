@@ -100,6 +100,7 @@ uint32_t network_lay(const struct network *network, uint32_t edge, uint32_t from
 	const uint32_t *end = &network->graph.ends[2 * (size_t)edge];
 	uint32_t to_node = end[0] == from_node ? end[1] : end[0];
 	bool extra = edge >= network->mesh_edge_count;
+	laid[0] = laid[1] = (struct laid_edge){0};
 	uint32_t mesh_edge = extra ? common_edge(network, from_node, to_node) : network->mesh_edge[edge];
 	if (mesh_edge == GARMENT_NONE) {
 		lay_in_face(network, network->extra_face[edge - network->mesh_edge_count], from_node, to_node,

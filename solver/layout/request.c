@@ -194,33 +194,37 @@ static enum tw_status read_terminal(struct layout_terminal *terminal, const json
 	return find_form(terminal, object, where, error);
 }
 
+struct named {
+	const char *name;
+	uint32_t terminal;
+};
+
 static int compare_names(const void *a, const void *b)
 {
-	const struct layout_terminal *const *p = a, *const *q = b;
-	int order = strcmp((*p)->name, (*q)->name);
-	return order ? order : (*p < *q ? -1 : 1);
+	const struct named *p = a, *q = b;
+	int order = strcmp(p->name, q->name);
+	return order ? order : (p->terminal < q->terminal ? -1 : 1);
 }
 
 /* A name is how a result speaks of a terminal, so it must mean one. */
 static enum tw_status check_names(const struct layout_request *request, struct tw_error *error)
 {
-	const struct layout_terminal **named = malloc(request->terminal_count * sizeof *named);
+	struct named *named = malloc(request->terminal_count * sizeof(struct named));
 	if (!named)
 		return tw_fail_memory(error);
 	size_t count = 0;
 	for (uint32_t i = 0; i < request->terminal_count; i++)
 		if (request->terminals[i].name)
-			named[count++] = &request->terminals[i];
-	qsort(named, count, sizeof *named, compare_names);
+			named[count++] = (struct named){request->terminals[i].name, i};
+	qsort(named, count, sizeof(struct named), compare_names);
 	enum tw_status status = TW_OK;
 	for (size_t i = 1; i < count && !status; i++) {
-		if (strcmp(named[i - 1]->name, named[i]->name) != 0)
+		if (strcmp(named[i - 1].name, named[i].name) != 0)
 			continue;
 		char where[64];
-		snprintf(where, sizeof where, "/terminals/%td/name", named[i] - request->terminals);
+		snprintf(where, sizeof where, "/terminals/%u/name", named[i].terminal);
 		status = tw_fail(error, TW_ERROR_INPUT, "terminal-name-taken", where,
-				 "terminal %td has the name \"%.80s\" already", named[i - 1] - request->terminals,
-				 named[i]->name);
+				 "terminal %u has the name \"%.80s\" already", named[i - 1].terminal, named[i].name);
 	}
 	free(named);
 	return status;

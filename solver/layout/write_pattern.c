@@ -74,7 +74,7 @@ static bool lay_out(struct sheet *sheet)
 {
 	uint32_t pieces = sheet->result->input->garment->piece_count;
 	struct extent *extent = malloc((pieces + 1) * sizeof *extent);
-	sheet->offset = malloc((pieces + 1) * sizeof *sheet->offset);
+	sheet->offset = calloc(pieces + 1, sizeof *sheet->offset);
 	if (!extent || !sheet->offset) {
 		free(extent);
 		return false;
@@ -492,6 +492,7 @@ void write_pattern_svg(const struct layout_result *result, struct text *text)
 	struct sheet sheet = {.result = result, .text = text};
 	if (!lay_out(&sheet)) {
 		text->failed = true;
+		free(sheet.offset);
 		return;
 	}
 	open_drawing(&sheet);

@@ -31,7 +31,7 @@ static void add_xy(struct text *text, struct vec2 p)
 }
 
 /* All rows of one shade, each run from where the last one ended. */
-static void add_shade(const struct drawing *drawing, int side, uint8_t shade)
+static void add_shade(const struct drawing *drawing, int side, int shade)
 {
 	const struct view *view = &drawing->view[side];
 	long at_x = 0, at_y = 0;
@@ -63,7 +63,7 @@ static void add_cloth(const struct drawing *drawing, int side)
 	text_add(drawing->text, ") scale(");
 	text_number(drawing->text, view->cell_mm, 4);
 	text_add(drawing->text, ") translate(0 .5)\" fill=\"none\" stroke-width=\"1.08\">\n");
-	for (uint8_t shade = 1; shade <= VIEW_SHADES; shade++) {
+	for (int shade = 1; shade <= VIEW_SHADES; shade++) {
 		int grey = 96 + (150 * (shade - 1)) / (VIEW_SHADES - 1);
 		text_format(drawing->text, "<path stroke=\"#%02x%02x%02x\" d=\"M0 0", (unsigned)grey,
 			    (unsigned)grey + 3, (unsigned)grey + 8);
