@@ -2,6 +2,7 @@
  * the same for the baseline; then stream the motions once for both, and write the files. */
 #include "solver/layout/layout.h"
 
+#include "solver/layout/pricing.h"
 #include "solver/layout/result.h"
 
 #include <string.h>
@@ -26,9 +27,7 @@ struct job {
 	const struct locator *locator;
 	struct outline outline;
 	struct site_set sites;
-	struct strip_fabric fabric;
-	struct strip_walker *walker;
-	struct network network;
+	struct pricing pricing;
 	struct wire_rules rules;
 	struct solved ours, baseline;
 	struct layout_progress progress;
@@ -72,27 +71,17 @@ static void report_search(void *context, const struct steiner_progress *search)
 	report(job, job->progress.stage, job->share_from + solved * (job->share_to - job->share_from));
 }
 
-static int search_cancelled(void *context)
-{
-	const struct job *job = context;
-	return job->input->cancelled && job->input->cancelled(job->input->context);
-}
-
-static enum tw_status fail_cancelled(struct tw_error *error)
-{
-	return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
-}
-
 static void choose_rules(struct job *job)
 {
 	const struct layout_options *options = &job->input->request->options;
-	double half = job->input->field->options.strip_width_mm / 2;
-	double zigzag = 0.75 * job->network.mean_edge_mm;
+	double half = job->pricing.field->options.strip_width_mm / 2;
+	double zigzag = 0.75 * job->pricing.network.mean_edge_mm;
 	job->rules = (struct wire_rules){
 		.strip_width_mm = 2 * half,
 		.minimum_radius_mm = isnan(options->minimum_radius_mm) ? half : options->minimum_radius_mm,
 		.tolerance_mm = isnan(options->tolerance_mm) ? (half > zigzag ? half : zigzag) : options->tolerance_mm,
 		.clearance_mm = isnan(options->seam_clearance_mm) ? half : options->seam_clearance_mm,
+		.face_keep_out = job->pricing.constraints ? job->pricing.constraints->face_keep_out : NULL,
 	};
 }
 
@@ -106,67 +95,31 @@ static enum tw_status prepare(struct job *job, struct tw_error *error)
 	if (!status)
 		status = terminals_place(&job->sites, job->arena, input->garment, input->topology, job->locator,
 					 input->request, options->snap_mm, error);
-	if (status)
-		return status;
-	double *value = ARENA_ARRAY(job->arena, input->garment->face_count, double);
-	if (!value)
-		return tw_fail_memory(error);
-	field_value(input->field, NULL, value);
-	status = strip_fabric_build(&job->fabric, job->arena, input->garment, input->topology, value, error);
+	double eta = NAN;
+	if (!status && options->eta == ETA_AUTO) {
+		report(job, "eta", 0.02);
+		status = pricing_balance(&eta, job->arena, input, &job->sites, error);
+	}
 	if (!status)
-		status = strip_walker_new(&job->walker, job->arena, &job->fabric, error);
-	if (!status)
-		status = network_build(&job->network, job->arena, input->garment, input->topology, input->field,
-				       &job->sites, job->walker, (enum layout_baseline)options->baseline, error);
+		status = pricing_build(&job->pricing, job->arena, input, &job->sites, eta, error);
 	if (!status)
 		choose_rules(job);
 	return status;
 }
 
-static enum tw_status fail_apart(const struct job *job, const struct steiner_tree *tree, struct tw_error *error)
-{
-	uint32_t terminal[2] = {0, 0};
-	for (uint32_t s = 0; s < job->sites.count; s++) {
-		if (job->network.terminal[s] == tree->terminal_a)
-			terminal[0] = job->sites.site[s].terminal;
-		if (job->network.terminal[s] == tree->terminal_b)
-			terminal[1] = job->sites.site[s].terminal;
-	}
-	char where[64];
-	snprintf(where, sizeof where, "/terminals/%u", terminal[1]);
-	return tw_fail(error, TW_ERROR_INPUT, "terminals-apart", where,
-		       "no wire can join this terminal with terminal %u: edges that are not allowed lie between them",
-		       terminal[0]);
-}
-
 static enum tw_status search(struct job *job, const struct graph *graph, const char *stage, struct steiner_tree *tree,
 			     struct tw_error *error)
 {
-	const struct layout_input *input = job->input;
-	struct steiner_options options = {
-		.time_limit_s = input->request->options.time_limit_s,
-		.memory_limit = input->memory_limit,
-		.threads = input->threads,
-		.progress = report_search,
-		.cancelled = search_cancelled,
-		.context = job,
-	};
 	report(job, stage, job->share_from);
-	enum tw_status status =
-		steiner_solve(graph, job->network.terminal, job->sites.count, &options, job->arena, tree, error);
-	if (status)
-		return status;
-	if (tree->outcome == STEINER_CANCELLED)
-		return fail_cancelled(error);
-	return tree->outcome == STEINER_INFEASIBLE ? fail_apart(job, tree, error) : TW_OK;
+	return pricing_solve(&job->pricing, job->arena, job->input, graph, report_search, job, tree, error);
 }
 
 /* What a millimetre along each edge costs; NULL where edges have no price of their own. */
 static enum tw_status find_costs(const struct job *job, const double **costs, struct tw_error *error)
 {
-	const struct network *network = &job->network;
+	const struct network *network = &job->pricing.network;
 	*costs = NULL;
-	if (job->input->field->options.weight != FIELD_DEFORMATION)
+	if (job->pricing.field->options.weight != FIELD_DEFORMATION)
 		return TW_OK;
 	double *cost = ARENA_ARRAY(job->arena, network->graph.edge_count, double);
 	if (!cost)
@@ -175,7 +128,7 @@ static enum tw_status find_costs(const struct job *job, const double **costs, st
 		struct laid_edge laid[2];
 		network_lay(network, e, network->graph.ends[2 * (size_t)e], laid);
 		double length = vec2_distance(laid[0].from, laid[0].to);
-		double energy = (double)network->graph.weight[e] / job->input->field->scale;
+		double energy = (double)network->graph.weight[e] / job->pricing.field->scale;
 		cost[e] = length > 1e-6 && energy > 0 ? energy / length : 1e-6;
 	}
 	*costs = cost;
@@ -185,21 +138,21 @@ static enum tw_status find_costs(const struct job *job, const double **costs, st
 static enum tw_status draw(struct job *job, struct solved *solved, const double *costs, double *seconds_metrics,
 			   struct tw_error *error)
 {
-	enum tw_status status = branches_cut(&solved->branches, job->arena, &job->network, solved->tree.edges,
+	enum tw_status status = branches_cut(&solved->branches, job->arena, &job->pricing.network, solved->tree.edges,
 					     solved->tree.edge_count, 2 * job->rules.strip_width_mm, error);
 	if (!status)
-		status = wires_smooth(&solved->wires, job->arena, &job->network, &solved->branches, &job->outline,
-				      job->locator, &job->rules, costs, error);
+		status = wires_smooth(&solved->wires, job->arena, &job->pricing.network, &solved->branches,
+				      &job->outline, job->locator, &job->rules, costs, error);
 	if (status)
 		return status;
 	struct metrics_input input = {
 		.garment = job->input->garment,
 		.locator = job->locator,
-		.field = job->input->field,
+		.field = job->pricing.field,
 		.branches = &solved->branches,
 		.wires = &solved->wires,
 		.rules = &job->rules,
-		.walker = job->walker,
+		.walker = job->pricing.walker,
 	};
 	double start = now();
 	status = metrics_measure(&solved->metrics, &solved->trace, job->arena, &input, error);
@@ -210,19 +163,19 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 static enum tw_status solve(struct job *job, struct layout_summary *summary, struct tw_error *error)
 {
 	double start = now();
-	bool compare = job->network.baseline != NULL;
+	bool compare = job->pricing.network.baseline != NULL;
 	job->share_from = 0.02, job->share_to = compare ? 0.5 : 0.8;
-	enum tw_status status = search(job, &job->network.graph, "tree", &job->ours.tree, error);
+	enum tw_status status = search(job, &job->pricing.network.graph, "tree", &job->ours.tree, error);
 	summary->seconds_tree = lap(&start);
 	if (status)
 		return status;
 	if (compare) {
 		/* The baseline's graph is the same one with other weights. */
-		struct graph graph = job->network.graph;
+		struct graph graph = job->pricing.network.graph;
 		uint64_t *weight = ARENA_ARRAY(job->arena, graph.edge_count, uint64_t);
 		if (!weight)
 			return tw_fail_memory(error);
-		memcpy(weight, job->network.baseline, graph.edge_count * sizeof *weight);
+		memcpy(weight, job->pricing.network.baseline, graph.edge_count * sizeof *weight);
 		graph.weight = weight;
 		job->share_from = 0.5, job->share_to = 0.8;
 		status = search(job, &graph, "baseline", &job->baseline.tree, error);
@@ -246,8 +199,8 @@ static enum tw_status stretch(struct job *job, struct tw_error *error)
 	const struct trace *trace[2] = {&job->ours.trace, &job->baseline.trace};
 	const struct branch_set *branches[2] = {&job->ours.branches, &job->baseline.branches};
 	report(job, "elongation", 0.85);
-	return metrics_elongation(metrics, trace, branches, job->network.baseline ? 2 : 1, job->input, job->arena,
-				  error);
+	return metrics_elongation(metrics, trace, branches, job->pricing.network.baseline ? 2 : 1, job->input,
+				  job->arena, error);
 }
 
 static enum tw_status write_artifacts(const struct layout_result *result, struct arena *arena,
@@ -311,13 +264,14 @@ enum tw_status layout_compute(const struct layout_input *input, struct arena *ar
 	report(&job, "artifacts", 0.97);
 	struct layout_result result = {
 		.input = input,
+		.field = job.pricing.field,
 		.outline = &job.outline,
 		.locator = job.locator,
 		.sites = &job.sites,
-		.network = &job.network,
+		.network = &job.pricing.network,
 		.rules = &job.rules,
 		.ours = &job.ours,
-		.baseline = job.network.baseline ? &job.baseline : NULL,
+		.baseline = job.pricing.network.baseline ? &job.baseline : NULL,
 		.has_elongation = has_elongation,
 	};
 	status = write_artifacts(&result, arena, output, error);

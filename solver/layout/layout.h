@@ -17,7 +17,8 @@ struct motion_reader;
 
 /* What is known so far of the running computation. */
 struct layout_progress {
-	const char *stage; /* borrowed, static: "tree", "baseline", "curves", "elongation", "artifacts" */
+	const char *stage; /* borrowed, static: "terminals", "eta", "tree", "baseline", "curves", "elongation",
+			      "artifacts" */
 	double share;      /* 0…1 of the whole, a rough guess */
 	uint64_t weight;   /* of the best tree so far, in weight units of the field; UINT64_MAX for none */
 	uint64_t lower_bound;

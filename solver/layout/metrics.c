@@ -2,6 +2,7 @@
  * more than `arc_step`, with trapezoids inscribed. The same parts, cut again at the mesh's edges, give the trace. */
 #include "solver/layout/metrics.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 static const double arc_step = 0.0873;    /* radians: 5 degrees; the chord of a 7.5 mm arc is off by 7 µm */
@@ -37,15 +38,31 @@ static void add_violation(struct measurer *measurer, struct violation violation)
 struct stray {
 	double distance;
 	struct vec2 at;
+	bool kept_out; /* it enters a keep-out, at `entry` */
+	struct vec2 entry;
 };
 
 static void trace_point(struct measurer *measurer, uint32_t piece, struct vec2 point, struct stray *stray)
 {
 	struct place place;
 	locator_find(measurer->input->locator, piece, point, &place);
-	if (place.distance > stray->distance)
-		*stray = (struct stray){place.distance, point};
+	if (place.distance > stray->distance) {
+		stray->distance = place.distance;
+		stray->at = point;
+	}
 	add_place(measurer, &place);
+}
+
+/* Between two cuts a chord lies in one face. */
+static void look_for_keep_out(const struct measurer *measurer, uint32_t piece, struct vec2 middle, struct stray *stray)
+{
+	const uint8_t *keep_out = measurer->input->rules->face_keep_out;
+	if (!keep_out || stray->kept_out)
+		return;
+	struct place place;
+	locator_find(measurer->input->locator, piece, middle, &place);
+	stray->kept_out = keep_out[place.face];
+	stray->entry = middle;
 }
 
 static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a, struct vec2 b, struct stray *stray)
@@ -53,14 +70,16 @@ static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a
 	double t[CUTS_MAX];
 	uint32_t cuts = locator_cuts(measurer->input->locator, piece, a, b, t, CUTS_MAX);
 	cuts = cuts < CUTS_MAX ? cuts : CUTS_MAX;
-	for (uint32_t i = 0; i < cuts; i++)
-		trace_point(measurer, piece, vec2_mix(a, b, t[i]), stray);
-	trace_point(measurer, piece, b, stray);
+	for (uint32_t i = 0; i <= cuts; i++) {
+		double from = i ? t[i - 1] : 0, to = i < cuts ? t[i] : 1;
+		look_for_keep_out(measurer, piece, vec2_mix(a, b, (from + to) / 2), stray);
+		trace_point(measurer, piece, i < cuts ? vec2_mix(a, b, to) : b, stray);
+	}
 }
 
 static void trace_span(struct measurer *measurer, uint32_t branch, const struct span *span)
 {
-	struct stray stray = {0, span->from};
+	struct stray stray = {.at = span->from};
 	uint32_t parts = span_cuts(span, arc_step);
 	struct vec2 at = span->from;
 	for (uint32_t i = 1; i <= parts; i++) {
@@ -72,6 +91,11 @@ static void trace_span(struct measurer *measurer, uint32_t branch, const struct 
 	if (stray.distance > cut_tolerance)
 		add_violation(measurer, (struct violation){RULE_OFF_PIECE, branch, span->piece, stray.at,
 							   stray.distance, cut_tolerance});
+	if (stray.kept_out)
+		add_violation(measurer, (struct violation){.rule = RULE_KEEP_OUT,
+							   .branch = branch,
+							   .piece = span->piece,
+							   .at = stray.entry});
 	if (span_is_arc(span) && span->radius < rules->minimum_radius_mm * (1 - 1e-9))
 		add_violation(measurer,
 			      (struct violation){RULE_MINIMUM_RADIUS, branch, span->piece, span_point(span, 0.5),
@@ -87,7 +111,7 @@ static void trace_all(struct measurer *measurer)
 		const struct wire *wire = &measurer->input->wires->wire[b];
 		for (uint32_t s = 0; s < wire->span_count; s++) {
 			const struct span *span = &wire->span[s];
-			struct stray unused = {INFINITY, {0, 0}};
+			struct stray unused = {.distance = INFINITY};
 			/* Where a wire changes its piece it stands at the same place of the mesh twice. */
 			if (s == 0 || span[-1].piece != span->piece)
 				trace_point(measurer, span->piece, span->from, &unused);

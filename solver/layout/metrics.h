@@ -10,6 +10,7 @@
 enum design_rule {
 	RULE_MINIMUM_RADIUS, /* value: the arc's radius, limit: the smallest allowed, mm */
 	RULE_OFF_PIECE,      /* value: how far the curve leaves its piece, limit: tolerance of the cut, mm */
+	RULE_KEEP_OUT,       /* the curve's centre line enters a keep-out; no value */
 };
 
 struct violation {

@@ -5,9 +5,13 @@
 
 static const char *const baselines[] = {"unit", "length", "none", NULL};
 
+static const char *const etas[] = {"field", "auto", NULL};
+
 #define AT(field) offsetof(struct layout_options, field)
 
 static const struct option rows[] = {
+	{"eta", OPTION_CHOICE, AT(eta), NULL, ETA_FIELD, 0, 0, etas,
+	 "price of length: the field's, or the one that balances length and deformation for these terminals"},
 	{"baseline", OPTION_CHOICE, AT(baseline), NULL, BASELINE_UNIT, 0, 0, baselines,
 	 "layout to compare with: fewest edges (as the paper), shortest rest length, or none"},
 	{"time_limit_s", OPTION_NUMBER, AT(time_limit_s), "s", 0, 0, 86400, NULL,

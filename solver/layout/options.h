@@ -10,7 +10,13 @@ enum layout_baseline {
 	BASELINE_NONE,
 };
 
+enum layout_eta {
+	ETA_FIELD, /* the field's own */
+	ETA_AUTO,  /* where length and deformation are in balance for these terminals (method 3) */
+};
+
 struct layout_options {
+	int eta;             /* enum layout_eta */
 	int baseline;        /* enum layout_baseline: what the layout is compared with */
 	double time_limit_s; /* of the Steiner search; 0 for none. With a limit the answer depends on the machine */
 	double minimum_radius_mm; /* of the curves; NaN for half the strip width */

@@ -2,12 +2,13 @@
  * read field by field. A terminal's form is the row of `forms` whose fields it has. */
 #include "solver/layout/request.h"
 
+#include "solver/layout/json.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { NAME_BYTES_MAX = 200, POINTER_SIZE = 96 };
-#define COORDINATE_LIMIT 1e6 /* mm: a garment a kilometre away is a mistake of units */
+enum { POINTER_SIZE = 96 };
 
 /* The forms in the order of enum terminal_kind: which fields must be there. */
 static const char *const forms[][2] = {
@@ -59,56 +60,12 @@ static enum tw_status load(json_t **root, const char *bytes, size_t size, struct
 	return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "not valid JSON: %s", trouble.text);
 }
 
-/* A copy of a JSON text that is fit to be printed: not empty, not too long, without control characters. */
-static enum tw_status read_text(char **text, const json_t *value, const char *where, struct tw_error *error)
-{
-	const char *string = json_string_value(value);
-	if (!string)
-		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be a text");
-	size_t length = strlen(string);
-	if (length == 0 || length > NAME_BYTES_MAX)
-		return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "must have 1 to %d bytes", NAME_BYTES_MAX);
-	for (size_t i = 0; i < length; i++)
-		if ((unsigned char)string[i] < 0x20 || string[i] == 0x7f)
-			return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "must not have control characters");
-	*text = strdup(string);
-	return *text ? TW_OK : tw_fail_memory(error);
-}
-
-static enum tw_status read_index(uint32_t *index, const json_t *value, const char *where, struct tw_error *error)
-{
-	json_int_t number = json_integer_value(value);
-	if (!json_is_integer(value) || number < 0 || number >= UINT32_MAX)
-		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be a whole number from 0");
-	*index = (uint32_t)number;
-	return TW_OK;
-}
-
-static enum tw_status read_numbers(double *numbers, size_t count, const json_t *value, const char *where,
-				   struct tw_error *error)
-{
-	if (!json_is_array(value) || json_array_size(value) != count)
-		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be an array of %zu numbers", count);
-	for (size_t i = 0; i < count; i++) {
-		const json_t *item = json_array_get(value, i);
-		double number = json_number_value(item);
-		if (!json_is_number(item) || !isfinite(number) || fabs(number) > COORDINATE_LIMIT) {
-			char place[POINTER_SIZE + 8];
-			snprintf(place, sizeof place, "%s/%zu", where, i);
-			return tw_fail(error, TW_ERROR_INPUT, "json-value", place, "must be a number within ±%.0f",
-				       COORDINATE_LIMIT);
-		}
-		numbers[i] = number;
-	}
-	return TW_OK;
-}
-
 /* Weights that are off by rounding are normalised; weights that are not of this face are an error. */
 static enum tw_status read_barycentric(double weights[3], const json_t *value, const char *where,
 				       struct tw_error *error)
 {
 	const double slack = 1e-4;
-	enum tw_status status = read_numbers(weights, 3, value, where, error);
+	enum tw_status status = json_read_numbers(weights, 3, value, where, error);
 	if (status)
 		return status;
 	double sum = 0;
@@ -131,19 +88,19 @@ static enum tw_status read_field(struct layout_terminal *terminal, const char *k
 				 const char *where, struct tw_error *error)
 {
 	if (!strcmp(key, "name"))
-		return read_text(&terminal->name, value, where, error);
+		return json_read_text(&terminal->name, value, where, error);
 	if (!strcmp(key, "piece"))
-		return read_text(&terminal->piece, value, where, error);
+		return json_read_text(&terminal->piece, value, where, error);
 	if (!strcmp(key, "vertex"))
-		return read_index(&terminal->vertex, value, where, error);
+		return json_read_index(&terminal->vertex, value, where, error);
 	if (!strcmp(key, "face"))
-		return read_index(&terminal->face, value, where, error);
+		return json_read_index(&terminal->face, value, where, error);
 	if (!strcmp(key, "barycentric"))
 		return read_barycentric(terminal->barycentric, value, where, error);
 	if (!strcmp(key, "point_mm"))
-		return read_numbers(terminal->point_mm, 3, value, where, error);
+		return json_read_numbers(terminal->point_mm, 3, value, where, error);
 	if (!strcmp(key, "uv_mm"))
-		return read_numbers(terminal->uv_mm, 2, value, where, error);
+		return json_read_numbers(terminal->uv_mm, 2, value, where, error);
 	return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where, "\"%.64s\" is not a field of a terminal",
 		       key);
 }
@@ -265,7 +222,8 @@ static enum tw_status read_root(struct layout_request *request, const json_t *ro
 	json_t *value;
 	json_object_foreach((json_t *)(uintptr_t)root, key, value)
 	{
-		if (!strcmp(key, "field") || !strcmp(key, "terminals") || !strcmp(key, "options"))
+		if (!strcmp(key, "field") || !strcmp(key, "terminals") || !strcmp(key, "options") ||
+		    !strcmp(key, "constraints"))
 			continue;
 		char where[POINTER_SIZE];
 		snprintf(where, sizeof where, "/%.60s", key);
@@ -273,12 +231,15 @@ static enum tw_status read_root(struct layout_request *request, const json_t *ro
 			       "\"%.60s\" is not a field of a layout request", key);
 	}
 	const json_t *field = json_object_get(root, "field");
-	enum tw_status status = field ? read_text(&request->field, field, "/field", error) : TW_OK;
+	enum tw_status status = field ? json_read_text(&request->field, field, "/field", error) : TW_OK;
 	if (!status)
 		status = read_terminals(request, json_object_get(root, "terminals"), error);
 	const json_t *options = json_object_get(root, "options");
 	if (!status && options)
 		status = option_from_json(&layout_option_table, &request->options, options, "/options", NULL, error);
+	const json_t *constraints = json_object_get(root, "constraints");
+	if (!status && constraints)
+		status = layout_constraints_parse(&request->constraints, constraints, "/constraints", error);
 	return status;
 }
 
@@ -307,6 +268,7 @@ void layout_request_clear(struct layout_request *request)
 		free(request->terminals[i].piece);
 	}
 	free(request->terminals);
+	layout_constraints_clear(&request->constraints);
 	free(request->field);
 	*request = (struct layout_request){0};
 }

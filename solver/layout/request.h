@@ -6,11 +6,16 @@
  *                  {"face": 5, "barycentric": [0.2, 0.3, 0.5]},
  *                  {"point_mm": [12.0, 1310.5, -88.1]},
  *                  {"piece": "front", "uv_mm": [310.0, 45.5]}],
- *    "options": {"baseline": "unit"}}
+ *    "options": {"baseline": "unit"},
+ *    "constraints": {"keep_out": [{"faces": [7, 8]}, {"piece": "front", "polygon_mm": [[0, 0], [80, 0], [0, 60]]}],
+ *                    "face_multipliers": [{"faces": [20, 21], "factor": 2.5}],
+ *                    "seam_price_mpa_mm2": 40.0,
+ *                    "free_edges": [[17, 18], [18, 44]]}}
  */
 #ifndef SOLVER_LAYOUT_REQUEST_H
 #define SOLVER_LAYOUT_REQUEST_H
 
+#include "solver/layout/constraints.h"
 #include "solver/layout/options.h"
 #include "tightwire.h"
 
@@ -33,6 +38,7 @@ struct layout_request {
 	struct layout_terminal *terminals; /* owned; [terminal_count], 1…TW_LIMIT_TERMINALS, in the request's order */
 	uint32_t terminal_count;
 	struct layout_options options;
+	struct layout_constraints constraints; /* owned */
 };
 
 /* Parses and checks everything that can be checked without the garment. Every failure names its place as a JSON

@@ -16,6 +16,7 @@ struct solved {
 
 struct layout_result {
 	const struct layout_input *input;
+	const struct field *field; /* the input's, or that with this layout's eta and constraints */
 	const struct outline *outline;
 	const struct locator *locator;
 	const struct site_set *sites;

@@ -158,14 +158,15 @@ static void keep_clear(struct draft *draft, double *leeway)
 	}
 }
 
-/* A leg must stay on its piece. Points deep inside need no look. */
+/* A leg must stay on its piece and off the keep-outs. Without those, points deep inside need no look. */
 static bool leg_allowed(void *context, uint32_t i, uint32_t j)
 {
 	const struct draft *draft = context;
 	double shallow = INFINITY;
 	for (uint32_t m = i; m <= j; m++)
 		shallow = draft->depth[m] < shallow ? draft->depth[m] : shallow;
-	if (shallow > 1.5 * draft->smoother->rules->tolerance_mm)
+	const uint8_t *keep_out = draft->smoother->rules->face_keep_out;
+	if (shallow > 1.5 * draft->smoother->rules->tolerance_mm && !keep_out)
 		return true;
 	uint32_t run = draft->path.leg_run[i];
 	struct vec2 a = in_piece(draft, run, draft->path.point[i]), b = in_piece(draft, run, draft->path.point[j]);
@@ -175,7 +176,7 @@ static bool leg_allowed(void *context, uint32_t i, uint32_t j)
 		struct place place;
 		locator_find(draft->smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, (double)s / steps),
 			     &place);
-		if (place.distance > 0.05)
+		if (place.distance > 0.05 || (keep_out && keep_out[place.face]))
 			return false;
 	}
 	return true;

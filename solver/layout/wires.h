@@ -30,8 +30,9 @@ struct wire_set {
 struct wire_rules {
 	double strip_width_mm;
 	double minimum_radius_mm;
-	double tolerance_mm; /* how far a curve may stray from the tree's path */
-	double clearance_mm; /* kept from cut lines that are not crossed */
+	double tolerance_mm;          /* how far a curve may stray from the tree's path */
+	double clearance_mm;          /* kept from cut lines that are not crossed */
+	const uint8_t *face_keep_out; /* [face_count] curves keep off faces with 1; NULL for none */
 };
 
 /* Smooths all branches, strand by strand. `cost_per_mm` [edge_count of the network] is what a millimetre along each

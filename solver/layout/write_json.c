@@ -193,7 +193,7 @@ static void add_junctions(const struct layout_result *result, const struct solve
 
 static void add_violations(const struct layout_result *result, const struct solved *solved, struct text *text)
 {
-	static const char *const rules[] = {"minimum_radius", "off_piece"};
+	static const char *const rules[] = {"minimum_radius", "off_piece", "keep_out"};
 	text_add(text, ",\n    \"violations\":[");
 	for (uint32_t i = 0; i < solved->metrics.violation_count; i++) {
 		const struct violation *violation = &solved->metrics.violation[i];
@@ -271,7 +271,7 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	text_add(text, "{\n  \"format\":\"tightwire-layout\",\"version\":1,\n  \"options\":");
 	add_options(text, &layout_option_table, &input->request->options);
 	text_add(text, ",\n  \"field\":");
-	add_options(text, &field_option_table, &input->field->options);
+	add_options(text, &field_option_table, &result->field->options);
 	text_format(text, ",\n  \"garment\":{\"vertices\":%u,\"faces\":%u,\"pieces\":%u}", input->garment->vertex_count,
 		    input->garment->face_count, input->garment->piece_count);
 	text_add(text, ",\n  \"rules\":{\"minimum_radius_mm\":");
@@ -286,7 +286,7 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	text_add(text, "]");
 	add_terminals(result, text);
 	text_add(text, ",\n  \"layout\":");
-	add_solved(result, result->ours, input->field->scale, text);
+	add_solved(result, result->ours, result->field->scale, text);
 	if (result->baseline)
 		add_baseline(result, text);
 	text_add(text, "\n}\n");

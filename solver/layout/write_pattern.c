@@ -288,7 +288,7 @@ static void add_wires(const struct sheet *sheet, const struct solved *solved)
  */
 static void add_stretch(const struct sheet *sheet, const struct wire *wire, uint32_t first, uint32_t end)
 {
-	double width = sheet->result->input->field->options.strip_width_mm;
+	double width = sheet->result->field->options.strip_width_mm;
 	const struct span *from = &wire->span[first], *to = &wire->span[end - 1];
 	text_add(sheet->text, "<path d=\"M");
 	if (first > 0) {
@@ -450,7 +450,7 @@ static void add_scale(const struct sheet *sheet)
 	text_format(sheet->text,
 		    "<text x=\"150\" y=\"70\" stroke=\"none\">strip %g mm wide, smallest radius %g mm; equal numbers "
 		    "on cut lines are sewn together; grain along the arrows</text>\n",
-		    result->input->field->options.strip_width_mm, result->rules->minimum_radius_mm);
+		    result->field->options.strip_width_mm, result->rules->minimum_radius_mm);
 }
 
 static void add_violations(const struct sheet *sheet)
@@ -504,7 +504,7 @@ void write_pattern_svg(const struct layout_result *result, struct text *text)
 	text_add(text, "<defs>\n");
 	add_outlines(&sheet, true);
 	text_add(text, "</defs>\n<g stroke-width=\"");
-	text_number(text, result->input->field->options.strip_width_mm, 4);
+	text_number(text, result->field->options.strip_width_mm, 4);
 	text_add(text, "\">\n");
 	add_strips(&sheet);
 	text_add(text, "</g>\n");

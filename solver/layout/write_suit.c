@@ -167,7 +167,7 @@ static void add_side(const struct drawing *drawing, int side)
 			  "stroke=\"#444\" stroke-width=\"3\" stroke-dasharray=\"12 8\"");
 	char strip[96];
 	snprintf(strip, sizeof strip, "stroke=\"#f0a030\" stroke-opacity=\"0.75\" stroke-width=\"%g\"",
-		 result->input->field->options.strip_width_mm);
+		 result->field->options.strip_width_mm);
 	add_wires(drawing, side, result->ours, strip);
 	add_wires(drawing, side, result->ours, "stroke=\"#b3261e\" stroke-width=\"3.5\"");
 	text_add(text, "<g fill=\"#14532d\" stroke=\"#fff\" stroke-width=\"4\" paint-order=\"stroke\" "

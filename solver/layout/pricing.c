@@ -1,0 +1,93 @@
+#include "solver/layout/pricing.h"
+
+#include "solver/layout/regions.h"
+
+#include <math.h>
+
+static enum tw_status find_field(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+				 double eta_mpa, struct tw_error *error)
+{
+	const struct layout_constraints *constraints = &input->request->constraints;
+	pricing->field = input->field;
+	pricing->constraints = NULL;
+	if (constraints_any(constraints)) {
+		enum tw_status status =
+			constraints_find(&pricing->found, arena, input->garment, input->topology, constraints, error);
+		if (status)
+			return status;
+		pricing->constraints = &pricing->found;
+	}
+	if (!pricing->constraints && isnan(eta_mpa))
+		return TW_OK;
+	struct field_options options = input->field->options;
+	options.eta_mpa = isnan(eta_mpa) ? options.eta_mpa : eta_mpa;
+	pricing->field = &pricing->own;
+	return field_weigh(&pricing->own, arena, input->garment, input->topology, input->field->density, &options,
+			   pricing->constraints, input->threads ? input->threads : 1, error);
+}
+
+static enum tw_status make_walker(struct strip_walker **walker, struct strip_fabric *fabric, struct arena *arena,
+				  const struct layout_input *input, const struct field *field,
+				  const struct field_constraints *constraints, struct tw_error *error)
+{
+	double *value = ARENA_ARRAY(arena, input->garment->face_count, double);
+	if (!value)
+		return tw_fail_memory(error);
+	field_value(field, constraints, value);
+	enum tw_status status = strip_fabric_build(fabric, arena, input->garment, input->topology, value, error);
+	return status ? status : strip_walker_new(walker, arena, fabric, error);
+}
+
+enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+			     const struct site_set *sites, double eta_mpa, struct tw_error *error)
+{
+	enum tw_status status = find_field(pricing, arena, input, eta_mpa, error);
+	if (!status)
+		status = make_walker(&pricing->walker, &pricing->fabric, arena, input, pricing->field, NULL, error);
+	struct strip_walker *priced = pricing->walker;
+	struct strip_fabric fabric;
+	if (!status && pricing->constraints)
+		status = make_walker(&priced, &fabric, arena, input, pricing->field, pricing->constraints, error);
+	if (status)
+		return status;
+	return network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites, priced,
+			     (enum layout_baseline)input->request->options.baseline, error);
+}
+
+static enum tw_status fail_apart(const struct pricing *pricing, const struct steiner_tree *tree, struct tw_error *error)
+{
+	const struct network *network = &pricing->network;
+	uint32_t terminal[2] = {0, 0};
+	for (uint32_t s = 0; s < network->sites->count; s++) {
+		if (network->terminal[s] == tree->terminal_a)
+			terminal[0] = network->sites->site[s].terminal;
+		if (network->terminal[s] == tree->terminal_b)
+			terminal[1] = network->sites->site[s].terminal;
+	}
+	char where[64];
+	snprintf(where, sizeof where, "/terminals/%u", terminal[1]);
+	return tw_fail(error, TW_ERROR_INPUT, "terminals-apart", where,
+		       "no wire can join this terminal with terminal %u: what is kept out leaves no way between them",
+		       terminal[0]);
+}
+
+enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+			     const struct graph *graph, void (*progress)(void *, const struct steiner_progress *),
+			     void *context, struct steiner_tree *tree, struct tw_error *error)
+{
+	struct steiner_options options = {
+		.time_limit_s = input->request->options.time_limit_s,
+		.memory_limit = input->memory_limit,
+		.threads = input->threads,
+		.progress = progress,
+		.cancelled = input->cancelled,
+		.context = progress ? context : input->context,
+	};
+	enum tw_status status = steiner_solve(graph, pricing->network.terminal, pricing->network.sites->count, &options,
+					      arena, tree, error);
+	if (status)
+		return status;
+	if (tree->outcome == STEINER_CANCELLED)
+		return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
+	return tree->outcome == STEINER_INFEASIBLE ? fail_apart(pricing, tree, error) : TW_OK;
+}

@@ -1,0 +1,36 @@
+/* What wires cost in this layout: the field, or the field weighed anew with another eta or with a request's
+ * constraints, and the network with these weights. */
+#ifndef SOLVER_LAYOUT_PRICING_H
+#define SOLVER_LAYOUT_PRICING_H
+
+#include "solver/layout/layout.h"
+#include "solver/layout/network.h"
+
+struct pricing {
+	const struct field *field; /* the input's, or `own` */
+	struct field own;
+	const struct field_constraints *constraints; /* NULL without any */
+	struct field_constraints found;
+	struct network network;
+	/* Integrates density + eta alone, without a request's multipliers: what a wire deforms, whatever it costs. */
+	struct strip_walker *walker;
+	struct strip_fabric fabric;
+};
+
+/* `eta_mpa`: NaN for the field's own. Borrows everything. `pricing` must stay where it is. TW_ERROR_INPUT names the
+ * constraint that is wrong; TW_ERROR_MEMORY. */
+enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+			     const struct site_set *sites, double eta_mpa, struct tw_error *error) TW_NODISCARD;
+
+/* Solves for the tree; TW_ERROR_CANCELLED, or TW_ERROR_INPUT "terminals-apart" where constraints leave no way. `graph`
+ * is the network's, or that with other weights. */
+enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+			     const struct graph *graph, void (*progress)(void *, const struct steiner_progress *),
+			     void *context, struct steiner_tree *tree, struct tw_error *error) TW_NODISCARD;
+
+/* The eta at which, for these terminals, the normalised curves of length (falling with eta) and deformation energy
+ * (rising) cross (method 3), to three digits. Costs about seven searches; scratch memory goes back to the arena. */
+enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct layout_input *input,
+			       const struct site_set *sites, struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,236 @@
+/* What a request asks beyond the field: keep-outs, multipliers, the price of seams, edges that are free, and the
+ * balance of eta. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/unit/layout/sheet.h"
+
+/* Calls `look` with many points of every wire, in the pattern. */
+static void each_point(const struct bench *bench, void (*look)(const char *piece, double u, double v))
+{
+	size_t b, s;
+	json_t *branch, *span;
+	json_array_foreach(json_object_get(layout_of(bench), "branches"), b, branch)
+	{
+		json_array_foreach(json_object_get(branch, "spans"), s, span)
+		{
+			const json_t *from = json_object_get(span, "from_mm"), *to = json_object_get(span, "to_mm");
+			for (int i = 0; i <= 20; i++) {
+				double t = i / 20.0;
+				double u = (1 - t) * json_number_value(json_array_get(from, 0)) +
+					   t * json_number_value(json_array_get(to, 0));
+				double v = (1 - t) * json_number_value(json_array_get(from, 1)) +
+					   t * json_number_value(json_array_get(to, 1));
+				look(json_string_value(json_object_get(span, "piece")), u, v);
+			}
+		}
+	}
+}
+
+static void outside_the_box(const char *piece, double u, double v)
+{
+	(void)piece;
+	if (u > 150 && u < 250 && v > 40 && v < 160)
+		fail_msg("(%g, %g) lies in the keep-out", u, v);
+}
+
+static void wires_go_around_a_keep_out(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0.2);
+	compute(&bench, "{\"terminals\":[{\"vertex\":415},{\"vertex\":445}],\"constraints\":{\"keep_out\":["
+			"{\"piece\":\"front\",\"polygon_mm\":[[150,40],[250,40],[250,160],[150,160]]}]}}");
+	each_point(&bench, outside_the_box);
+	/* Around the box: from (50,100) over its corners with half a strip to spare. */
+	double length = member(metrics_of(&bench), "length_mm");
+	assert_true(length > 2 * sqrt(100 * 100 + 60 * 60) + 100 && length < 400);
+	assert_int_equal(json_array_size(json_object_get(layout_of(&bench), "violations")), 0);
+	tear_down(&bench);
+}
+
+static void a_keep_out_that_leaves_no_way_is_an_error(void **state)
+{
+	(void)state;
+	struct bench bench;
+	struct tw_error error = {0};
+	set_up(&bench, 0, 0);
+	assert_int_equal(try_compute(&bench,
+				     "{\"terminals\":[{\"vertex\":415},{\"vertex\":445}],\"constraints\":{\"keep_out\":"
+				     "[{\"piece\":\"front\",\"polygon_mm\":[[150,-9],[250,-9],[250,999],[150,999]]}]}}",
+				     1, &error),
+			 TW_ERROR_INPUT);
+	assert_string_equal(error.type, "terminals-apart");
+	tear_down(&bench);
+}
+
+static uint32_t above, below;
+
+static void count_side(const char *piece, double u, double v)
+{
+	(void)piece;
+	if (u > 150 && u < 250) {
+		above += v > 115;
+		below += v < 85;
+	}
+}
+
+/* Dear fabric across the straight way, with a gap on one side. */
+static void wires_leave_out_dear_fabric(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0.2);
+	compute(&bench, "{\"terminals\":[{\"vertex\":415},{\"vertex\":445}],\"constraints\":{\"face_multipliers\":["
+			"{\"piece\":\"front\",\"polygon_mm\":[[180,0],[220,0],[220,130],[180,130]],\"factor\":50}]}}");
+	above = below = 0;
+	each_point(&bench, count_side);
+	assert_true(above > 0 && below == 0);
+	/* A multiplier is a price; the energy that is reported is the fabric's own. */
+	double length = member(metrics_of(&bench), "length_mm");
+	assert_near(member(metrics_of(&bench), "energy_without_eta_mpa_mm2"), length * 15 * density, 1);
+	tear_down(&bench);
+}
+
+static void free_edges_draw_the_wire(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0);
+	/* Row 15 carries a wire from column 5 to 35; the terminals lie on row 10. */
+	char request[2048] = "{\"terminals\":[{\"vertex\":415},{\"vertex\":445}],\"constraints\":{\"free_edges\":[";
+	for (uint32_t i = 5; i < 35; i++)
+		snprintf(request + strlen(request), sizeof request - strlen(request), "%s[%u,%u]", i > 5 ? "," : "",
+			 at(i + i % 2, 15), at(i + 1 - i % 2, 15));
+	strcat(request, "]}}");
+	compute(&bench, request);
+	above = below = 0;
+	each_point(&bench, count_side);
+	assert_true(above > 0 && below == 0);
+	tear_down(&bench);
+}
+
+/* Both terminals on the left of the seam, with cheap fabric on its right. */
+static void a_price_keeps_wires_from_crossing_seams(void **state)
+{
+	(void)state;
+	static const char *const request =
+		"{\"terminals\":[{\"vertex\":100},{\"vertex\":756}],\"constraints\":{\"face_multipliers\":["
+		"{\"piece\":\"back\",\"polygon_mm\":[[0,-999],[3000,-999],[3000,999],[0,999]],\"factor\":0.01}]%s}}";
+	char text[512];
+	struct bench bench;
+	set_up(&bench, 20, 0);
+	snprintf(text, sizeof text, request, "");
+	compute(&bench, text);
+	assert_int_equal((int)member(metrics_of(&bench), "seam_crossings"), 2);
+	snprintf(text, sizeof text, request, ",\"seam_price_mpa_mm2\":5000");
+	compute(&bench, text);
+	assert_int_equal((int)member(metrics_of(&bench), "seam_crossings"), 0);
+	tear_down(&bench);
+}
+
+static void constraints_that_mean_nothing_are_named(void **state)
+{
+	(void)state;
+	static const struct {
+		const char *constraints, *type, *where;
+	} cases[] = {
+		{"{\"keep_out\":[{\"faces\":[1600]}]}", "face-out-of-range", "/constraints/keep_out/0/faces/0"},
+		{"{\"keep_out\":[{\"piece\":\"hood\",\"polygon_mm\":[[0,0],[1,0],[0,1]]}]}", "unknown-piece",
+		 "/constraints/keep_out/0"},
+		{"{\"free_edges\":[[0,1],[0,2]]}", "unknown-edge", "/constraints/free_edges/1"},
+		{"{\"keep_out\":[]}", "json-type", "/constraints/keep_out"},
+		{"{\"keep_out\":[{}]}", "json-missing-field", "/constraints/keep_out/0"},
+		{"{\"keep_out\":[{\"piece\":\"front\",\"polygon_mm\":[[0,0],[1,0]]}]}", "json-value",
+		 "/constraints/keep_out/0/polygon_mm"},
+		{"{\"keep_out\":[{\"faces\":[1],\"factor\":2}]}", "json-unknown-field",
+		 "/constraints/keep_out/0/factor"},
+		{"{\"face_multipliers\":[{\"faces\":[1]}]}", "json-missing-field", "/constraints/face_multipliers/0"},
+		{"{\"face_multipliers\":[{\"faces\":[1],\"factor\":-1}]}", "json-value",
+		 "/constraints/face_multipliers/0/factor"},
+		{"{\"seam_price_mpa_mm2\":\"dear\"}", "json-value", "/constraints/seam_price_mpa_mm2"},
+		{"{\"free_edges\":[[0]]}", "json-type", "/constraints/free_edges/0"},
+		{"{\"colour\":1}", "json-unknown-field", "/constraints/colour"},
+		{"7", "json-type", "/constraints"},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		struct bench bench;
+		struct tw_error error = {0};
+		char request[256];
+		set_up(&bench, 0, 0);
+		snprintf(request, sizeof request, "{\"terminals\":[{\"vertex\":0}],\"constraints\":%s}",
+			 cases[i].constraints);
+		assert_int_equal(try_compute(&bench, request, 1, &error), TW_ERROR_INPUT);
+		if (strcmp(error.type, cases[i].type) != 0 || strcmp(error.where, cases[i].where) != 0)
+			fail_msg("%s: %s at %s", cases[i].constraints, error.type, error.where);
+		tear_down(&bench);
+	}
+}
+
+/* Soft fabric in the upper half: eta decides between the straight way and the detour. */
+static void eta_auto_lies_between_the_extremes_and_is_told(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0.2);
+	double *mean = ARENA_ARRAY(bench.arena, bench.garment.face_count, double);
+	assert_non_null(mean);
+	for (uint32_t f = 0; f < bench.garment.face_count; f++) {
+		uint32_t row = f / 2 / 40;
+		mean[f] = row < 12 ? 1 : 0.2 / (row - 10);
+	}
+	const double *means[1] = {mean};
+	struct field_options options = bench.field.options;
+	assert_int_equal(
+		field_compute(&bench.field, bench.arena, &bench.garment, &bench.topology, means, 1, &options, 1, NULL),
+		TW_OK);
+	static const char *const terminals = "\"terminals\":[{\"vertex\":415},{\"vertex\":445}]";
+	char request[256];
+	snprintf(request, sizeof request, "{%s,\"options\":{\"eta\":\"auto\"}}", terminals);
+	compute(&bench, request);
+	double eta = member(json_object_get(bench.json, "field"), "eta_mpa");
+	double length = member(metrics_of(&bench), "length_mm");
+	double energy = member(metrics_of(&bench), "energy_without_eta_mpa_mm2");
+	assert_true(eta > 0.001 && eta < 100);
+	/* More balanced than either extreme: shorter than the softest wire, softer than the shortest. */
+	double extreme_length = 0, extreme_energy = 0;
+	for (int high = 0; high < 2; high++) {
+		options.eta_mpa = high ? 1000 : 0.0001;
+		assert_int_equal(field_weigh(&bench.field, bench.arena, &bench.garment, &bench.topology,
+					     bench.field.density, &options, NULL, 1, NULL),
+				 TW_OK);
+		snprintf(request, sizeof request, "{%s}", terminals);
+		compute(&bench, request);
+		if (high)
+			extreme_energy = member(metrics_of(&bench), "energy_without_eta_mpa_mm2");
+		else
+			extreme_length = member(metrics_of(&bench), "length_mm");
+	}
+	assert_true(length < extreme_length && energy < extreme_energy);
+	/* The same as when that eta is given. */
+	options.eta_mpa = eta;
+	assert_int_equal(field_weigh(&bench.field, bench.arena, &bench.garment, &bench.topology, bench.field.density,
+				     &options, NULL, 1, NULL),
+			 TW_OK);
+	compute(&bench, request);
+	assert_near(member(metrics_of(&bench), "length_mm"), length, 0);
+	tear_down(&bench);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(wires_go_around_a_keep_out),
+		cmocka_unit_test(a_keep_out_that_leaves_no_way_is_an_error),
+		cmocka_unit_test(wires_leave_out_dear_fabric),
+		cmocka_unit_test(free_edges_draw_the_wire),
+		cmocka_unit_test(a_price_keeps_wires_from_crossing_seams),
+		cmocka_unit_test(constraints_that_mean_nothing_are_named),
+		cmocka_unit_test(eta_auto_lies_between_the_extremes_and_is_told),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}

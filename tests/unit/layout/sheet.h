@@ -1,0 +1,147 @@
+/* A sheet of fabric with its field, and the layouts that tests ask of it. Include cmocka.h first. */
+#ifndef TESTS_UNIT_LAYOUT_SHEET_H
+#define TESTS_UNIT_LAYOUT_SHEET_H
+
+#include "solver/field/field.h"
+#include "solver/layout/layout.h"
+#include "solver/motion/motion.h"
+#include "tests/oracle/meshes.h"
+
+#include <string.h>
+
+static const double density = 0.3; /* MPa, everywhere */
+
+struct bench {
+	struct arena *arena;
+	struct garment garment;
+	struct topology topology;
+	struct field field;
+	struct layout_request request;
+	struct layout_output output;
+	json_t *json; /* the parsed layout.json */
+	char *motion; /* PC2 bytes */
+	struct byte_memory memory;
+};
+
+/* A sheet of 40 x 20 cells of 10 mm; with a seam at column `seam` > 0. */
+static inline void set_up(struct bench *bench, uint32_t seam, double jitter)
+{
+	*bench = (struct bench){.arena = arena_new(0)};
+	assert_non_null(bench->arena);
+	mesh_sheet(&bench->garment, bench->arena, 40, 20, 10, jitter, seam);
+	assert_int_equal(topology_build(&bench->topology, bench->arena, &bench->garment, NULL), TW_OK);
+	double *mean = ARENA_ARRAY(bench->arena, bench->garment.face_count, double);
+	assert_non_null(mean);
+	for (uint32_t f = 0; f < bench->garment.face_count; f++)
+		mean[f] = density;
+	const double *means[1] = {mean};
+	struct field_options options;
+	option_defaults(&field_option_table, &options);
+	assert_int_equal(field_compute(&bench->field, bench->arena, &bench->garment, &bench->topology, means, 1,
+				       &options, 1, NULL),
+			 TW_OK);
+}
+
+static inline void tear_down(struct bench *bench)
+{
+	json_decref(bench->json);
+	free(bench->motion);
+	layout_request_clear(&bench->request);
+	arena_free(bench->arena);
+}
+
+static inline uint32_t at(uint32_t column, uint32_t row)
+{
+	return row * 41 + column;
+}
+
+/* Three frames: the matrix `m` (rows of x, y, z of the frame over x, y, z at rest) at a third, two thirds and all of
+ * its way from the identity, or the identity three times where m is NULL. */
+static inline void set_motion(struct bench *bench, const double m[9])
+{
+	enum { FRAMES = 3 };
+	size_t points = 3 * (size_t)bench->garment.vertex_count;
+	bench->motion = malloc(PC2_HEADER_BYTES + FRAMES * points * sizeof(float));
+	assert_non_null(bench->motion);
+	float *out =
+		(float *)(void *)(bench->motion + pc2_write_header(bench->motion, bench->garment.vertex_count, FRAMES));
+	for (int frame = 1; frame <= FRAMES; frame++) {
+		for (size_t v = 0; v < bench->garment.vertex_count; v++) {
+			const double *x = &bench->garment.position[3 * v];
+			for (size_t i = 0; i < 3; i++) {
+				double moved = m ? m[3 * i] * x[0] + m[3 * i + 1] * x[1] + m[3 * i + 2] * x[2] : x[i];
+				*out++ = (float)(x[i] + (moved - x[i]) * frame / FRAMES);
+			}
+		}
+	}
+	bench->memory = (struct byte_memory){.bytes = bench->motion,
+					     .size = PC2_HEADER_BYTES + FRAMES * points * sizeof(float)};
+}
+
+static inline enum tw_status open_motion(void *context, uint32_t motion, struct motion_reader **reader,
+					 struct tw_error *error)
+{
+	struct bench *bench = context;
+	(void)motion;
+	bench->memory.at = 0;
+	struct byte_source source = byte_source_memory(&bench->memory);
+	return motion_open(reader, &source, MOTION_SNIFF, UNIT_MM, bench->garment.vertex_count, error);
+}
+
+static inline enum tw_status try_compute(struct bench *bench, const char *request, unsigned threads,
+					 struct tw_error *error)
+{
+	static const char *const names[] = {"stretch"};
+	layout_request_clear(&bench->request);
+	enum tw_status status = layout_request_parse(&bench->request, request, strlen(request), error);
+	if (status)
+		return status;
+	struct layout_input input = {
+		.garment = &bench->garment,
+		.topology = &bench->topology,
+		.field = &bench->field,
+		.request = &bench->request,
+		.motion_name = names,
+		.motion_count = bench->motion ? 1 : 0,
+		.threads = threads,
+		.motion_open = open_motion,
+		.context = bench,
+	};
+	return layout_compute(&input, bench->arena, &bench->output, error);
+}
+
+static inline void compute(struct bench *bench, const char *request)
+{
+	struct tw_error error = {0};
+	if (try_compute(bench, request, 1, &error))
+		fail_msg("%s: %s: %s", error.type, error.where, error.text);
+	json_decref(bench->json);
+	bench->json = json_loads(bench->output.artifacts[0].bytes, 0, NULL);
+	assert_non_null(bench->json);
+}
+
+static inline double member(const json_t *object, const char *key)
+{
+	const json_t *value = json_object_get(object, key);
+	if (!json_is_number(value))
+		fail_msg("no number \"%s\"", key);
+	return json_number_value(value);
+}
+
+static inline const json_t *layout_of(const struct bench *bench)
+{
+	return json_object_get(bench->json, "layout");
+}
+
+static inline const json_t *metrics_of(const struct bench *bench)
+{
+	return json_object_get(layout_of(bench), "metrics");
+}
+
+static inline void assert_near(double a, double b, double slack)
+{
+	if (!(fabs(a - b) <= slack))
+		fail_msg("%.12g is not %.12g", a, b);
+}
+
+#endif
