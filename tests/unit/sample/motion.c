@@ -152,7 +152,7 @@ static void joints_are_strained_most(void **state)
 	} places[] = {
 		{"elbow_flexion", "elbow", 416, 1210, -60, 1.5},
 		{"squat", "knee", 134, 482, 55, 1.7},
-		{"walk", "knee", 134, 482, 55, 1.3},
+		{"walk", "knee", 134, 482, 55, 1.15},
 		{"squat", "seat", 80, 850, -120, 1.5},
 		{"jumping_jack", "armpit", 180, 1310, -26, 2},
 		{"hook_punch", "elbow", 416, 1210, -60, 1.5},
