@@ -4,18 +4,21 @@
 # run; a missed goal is printed as MISSED and counted in the last line.
 #   BUILD  folder of the built programs     DATA  real suits, used where they are there     TIGHTWIRE  the binary
 set -u
-log="$BUILD/bench.log" figures="$BUILD/bench.out"
+log="$BUILD/bench.log"
 : >"$log"
 failed=0
-run() { # COMMAND…: its lines on the screen and in the log
-	"$@" >"$figures" || { echo "$* failed"; failed=1; }
-	tee -a "$log" <"$figures"
+run() { # COMMAND…: shows and keeps what it prints
+	"$@" >"$log.part" || failed=1
+	cat "$log.part"
+	cat "$log.part" >>"$log"
 }
 for program in $(find "$BUILD/tests/bench" -type f -perm -u+x ! -name '*.o' ! -name '*.d' | sort); do
 	run "$program"
 done
 for script in tests/bench/*.bench.sh; do
-	[ ! -e "$script" ] || run sh "$script"
+	run sh "$script"
 done
-echo "$(grep -c ' ok$' "$log") goals met, $(grep -c ' MISSED$' "$log") missed"
+rm -f "$log.part"
+ok=$(grep -c ' ok$' "$log"); missed=$(grep -c ' MISSED$' "$log")
+echo "$ok goals met, $missed missed"
 [ $failed -eq 0 ]
