@@ -15,6 +15,7 @@ struct flags {
 	uint32_t threads;
 	uint32_t memory_mib;
 	double lease_s;
+	double stall_s;
 	bool help;
 };
 
@@ -41,6 +42,13 @@ static const struct option rows[] = {
 	 .minimum = 1,
 	 .maximum = 3600,
 	 .help = "how long after its last sign of life a worker's job goes to another"},
+	{.name = "stall_s",
+	 .kind = OPTION_NUMBER,
+	 .offset = offsetof(struct flags, stall_s),
+	 .unit = "s",
+	 .fallback = 1800,
+	 .maximum = 1e6,
+	 .help = "a computation that is silent for so long hangs, and the process exits with 70; 0: never"},
 	{.name = "wake_fd",
 	 .kind = OPTION_INTEGER,
 	 .offset = offsetof(struct flags, wake_fd),
@@ -122,6 +130,7 @@ int command_worker(int argc, char **argv)
 		.threads = flags.threads,
 		.memory_limit = (size_t)flags.memory_mib << 20,
 		.lease_ms = (int64_t)(flags.lease_s * 1000),
+		.stall_ms = (int64_t)(flags.stall_s * 1000),
 	};
 	if (worker_run(&settings, &error) == TW_OK)
 		return COMMAND_DONE;

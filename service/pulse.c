@@ -2,15 +2,19 @@
  * that is also how it learns that somebody cancelled. */
 #include "service/pulse.h"
 
+#include "service/log.h"
+
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 enum { BEAT_MS = 300 };
 
 struct pulse {
 	struct store *store; /* owned; used by the thread alone */
+	int64_t stall_ms;    /* 0: never */
 	pthread_t thread;
 	pthread_mutex_t mutex; /* guards all that follows */
 	pthread_cond_t changed;
@@ -19,11 +23,29 @@ struct pulse {
 	bool beating; /* the thread is writing for it */
 	bool cancelled;
 	bool lease_lost;
+	int64_t sign_of_life_ms; /* by the monotonic clock: when the computation told or asked something */
 	struct job_ticket ticket;
 	double share;
 	const char *stage; /* borrowed, static */
 	char *partial;     /* owned; taken by the thread */
 };
+
+static int64_t monotonic_ms(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static void exit_if_stalled(const struct pulse *pulse)
+{
+	int64_t silent_ms = monotonic_ms() - pulse->sign_of_life_ms;
+	if (pulse->stall_ms == 0 || silent_ms < pulse->stall_ms)
+		return;
+	log_event(LOG_LEVEL_ERROR, "worker-stalled", "job=%s silent_s=%lld", pulse->ticket.job_id,
+		  (long long)(silent_ms / 1000));
+	_exit(PULSE_STALLED);
+}
 
 static void wait_a_beat(struct pulse *pulse)
 {
@@ -67,8 +89,10 @@ static void *run(void *context)
 			continue;
 		}
 		wait_a_beat(pulse);
-		if (pulse->running && !pulse->lease_lost && !pulse->quit)
-			beat(pulse);
+		if (!pulse->running || pulse->lease_lost || pulse->quit)
+			continue;
+		exit_if_stalled(pulse);
+		beat(pulse);
 	}
 	pthread_mutex_unlock(&pulse->mutex);
 	return NULL;
@@ -89,11 +113,12 @@ static bool start(struct pulse *pulse)
 	return false;
 }
 
-enum tw_status pulse_new(struct pulse **pulse, const char *store_url, struct tw_error *error)
+enum tw_status pulse_new(struct pulse **pulse, const char *store_url, int64_t stall_ms, struct tw_error *error)
 {
 	struct pulse *made = calloc(1, sizeof *made);
 	if (!made)
 		return tw_fail_memory(error);
+	made->stall_ms = stall_ms;
 	enum tw_status status = store_open(&made->store, store_url, error);
 	if (status == TW_OK && !start(made))
 		status = tw_fail(error, TW_ERROR_MEMORY, "no-thread", NULL, "the heartbeat thread cannot be started");
@@ -126,6 +151,7 @@ void pulse_begin(struct pulse *pulse, const struct job_ticket *ticket)
 {
 	pthread_mutex_lock(&pulse->mutex);
 	pulse->ticket = *ticket;
+	pulse->sign_of_life_ms = monotonic_ms();
 	pulse->share = 0;
 	pulse->stage = NULL;
 	pulse->cancelled = false;
@@ -139,6 +165,7 @@ void pulse_tell(struct pulse *pulse, double share, const char *stage, const char
 {
 	char *copy = partial ? strdup(partial) : NULL;
 	pthread_mutex_lock(&pulse->mutex);
+	pulse->sign_of_life_ms = monotonic_ms();
 	pulse->share = share;
 	if (stage)
 		pulse->stage = stage;
@@ -152,6 +179,7 @@ void pulse_tell(struct pulse *pulse, double share, const char *stage, const char
 bool pulse_says_stop(struct pulse *pulse)
 {
 	pthread_mutex_lock(&pulse->mutex);
+	pulse->sign_of_life_ms = monotonic_ms();
 	bool stop = pulse->cancelled || pulse->lease_lost;
 	pthread_mutex_unlock(&pulse->mutex);
 	return stop;

@@ -12,8 +12,11 @@
 
 struct pulse;
 
-/* Opens the store and starts the thread. */
-enum tw_status pulse_new(struct pulse **pulse, const char *store_url, struct tw_error *error) TW_NODISCARD;
+/* Opens the store and starts the thread. A computation that neither tells nor asks anything for `stall_ms` hangs, and
+ * the process exits with PULSE_STALLED, so that its job goes to another and somebody starts it anew; 0: never. */
+enum { PULSE_STALLED = 70 };
+enum tw_status pulse_new(struct pulse **pulse, const char *store_url, int64_t stall_ms,
+			 struct tw_error *error) TW_NODISCARD;
 void pulse_free(struct pulse *pulse); /* NULL is allowed */
 
 void pulse_begin(struct pulse *pulse, const struct job_ticket *ticket);

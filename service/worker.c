@@ -198,7 +198,8 @@ static enum tw_status start_pulse(struct worker *worker, struct tw_error *error)
 	sigset_t before;
 	sigfillset(&all);
 	pthread_sigmask(SIG_SETMASK, &all, &before);
-	enum tw_status status = pulse_new(&worker->pulse, worker->settings->store_url, error);
+	enum tw_status status =
+		pulse_new(&worker->pulse, worker->settings->store_url, worker->settings->stall_ms, error);
 	pthread_sigmask(SIG_SETMASK, &before, NULL);
 	return status;
 }

@@ -19,6 +19,7 @@ struct worker_settings {
 	unsigned threads;    /* of one computation */
 	size_t memory_limit; /* bytes that one job may take; 0 for none */
 	int64_t lease_ms;
+	int64_t stall_ms; /* a computation that is silent for so long hangs, and the process exits; 0: never */
 };
 
 /* Works until SIGTERM or SIGINT: the first lets the running job end, the second gives it back to the queue. Returns
