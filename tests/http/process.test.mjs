@@ -204,7 +204,9 @@ test('more connections than the limit wait, and are served when others leave', a
   });
 });
 
-test('a large upload does not make the daemon grow', async () => {
+// Instrumented builds keep what was freed, so their size says nothing.
+const isInstrumented = /sanitize|thread/.test(tightwire);
+test('a large upload does not make the daemon grow', { skip: isInstrumented }, async () => {
   await withService({ workers: 0 }, async (service) => {
     await service.get('/v1/meshes');
     const before = service.residentBytes();
