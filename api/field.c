@@ -138,7 +138,7 @@ enum tw_status post_field(struct api_call *call, struct tw_error *error)
 
 enum tw_status list_fields(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_list(call, RESOURCE_FIELD, NULL, error);
+	return resource_respond_list(call, RESOURCE_FIELD, NULL, "mesh", error);
 }
 
 enum tw_status get_field(struct api_call *call, struct tw_error *error)

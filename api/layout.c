@@ -77,7 +77,7 @@ enum tw_status post_layout(struct api_call *call, struct tw_error *error)
 
 enum tw_status list_layouts(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_list(call, RESOURCE_LAYOUT, NULL, error);
+	return resource_respond_list(call, RESOURCE_LAYOUT, NULL, "field", error);
 }
 
 enum tw_status get_layout(struct api_call *call, struct tw_error *error)

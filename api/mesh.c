@@ -63,7 +63,7 @@ enum tw_status post_mesh(struct api_call *call, struct tw_error *error)
 
 enum tw_status list_meshes(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_list(call, RESOURCE_MESH, NULL, error);
+	return resource_respond_list(call, RESOURCE_MESH, NULL, NULL, error);
 }
 
 enum tw_status get_mesh(struct api_call *call, struct tw_error *error)
@@ -105,7 +105,7 @@ enum tw_status post_motion(struct api_call *call, struct tw_error *error)
 enum tw_status list_motions(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = check_mesh_exists(call, error);
-	return status ? status : resource_respond_list(call, RESOURCE_MOTION, call->match.parameters[0], error);
+	return status ? status : resource_respond_list(call, RESOURCE_MOTION, call->match.parameters[0], NULL, error);
 }
 
 enum tw_status get_motion(struct api_call *call, struct tw_error *error)

@@ -281,10 +281,12 @@ static enum tw_status show_page(struct api_call *call, const struct resource_pag
 }
 
 enum tw_status resource_respond_list(struct api_call *call, enum resource_kind kind, const char *needs,
-				     struct tw_error *error)
+				     const char *filter, struct tw_error *error)
 {
-	static const char *const known[] = {"state", "limit", "cursor", NULL};
+	const char *const known[] = {"state", "limit", "cursor", filter, NULL};
 	struct resource_query query = {.kind = kind, .needs = needs};
+	if (filter)
+		query.needs = query_get(&call->query, filter);
 	struct resource_page page = {0};
 	enum tw_status status = query_only(&call->query, known, error);
 	if (!status)

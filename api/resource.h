@@ -15,9 +15,10 @@ void resource_path(enum resource_kind kind, const char *parent, const char *id, 
 /* GET of one: the path's first parameter is its id, of a motion the second one, its mesh the first. */
 enum tw_status resource_respond(struct api_call *call, enum resource_kind kind, struct tw_error *error) TW_NODISCARD;
 
-/* GET of the collection: ?state= ?limit= ?cursor= and the Link header; `needs` as in struct resource_query. */
+/* GET of the collection: ?state= ?limit= ?cursor= and the Link header. `needs` as in struct resource_query; where it is
+ * NULL, the query parameter `filter` ("field": layouts of one field; NULL for none) says it. */
 enum tw_status resource_respond_list(struct api_call *call, enum resource_kind kind, const char *needs,
-				     struct tw_error *error) TW_NODISCARD;
+				     const char *filter, struct tw_error *error) TW_NODISCARD;
 
 /* DELETE of one; ?dependents=true deletes what was made from it too. 204. */
 enum tw_status resource_respond_delete(struct api_call *call, enum resource_kind kind,

@@ -80,7 +80,7 @@ enum tw_status post_recording(struct api_call *call, struct tw_error *error)
 
 enum tw_status list_recordings(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_list(call, RESOURCE_RECORDING, NULL, error);
+	return resource_respond_list(call, RESOURCE_RECORDING, NULL, NULL, error);
 }
 
 enum tw_status get_recording(struct api_call *call, struct tw_error *error)

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { connect } from 'node:net';
-import { writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { Service, run, sleep, temporaryFolder, tightwire, until } from './service.mjs';
@@ -81,6 +81,20 @@ test('help lists every setting', () => {
     assert.ok(help.includes(`--${name}`), name);
 });
 
+test('the sample configuration names every setting with its default', async () => {
+  const text = readFileSync(new URL('../../deploy/tightwire.conf', import.meta.url), 'utf8');
+  const named = Object.fromEntries([...text.matchAll(/^#?([a-z-]+) = ?(.*)$/gm)].map((match) => match.slice(1)));
+  const help = [...run('serve', '--help').matchAll(/^ {2}--(\S+) .*default (.*)\)$/gm)].map((match) => match.slice(1));
+  assert.deepEqual(Object.keys(named).sort(), help.map(([name]) => name).sort());
+  for (const [name, fallback] of help)
+    if (!['store', 'key-file'].includes(name)) assert.equal(named[name] || 'none', fallback, name);
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'tightwire.conf');
+  writeFileSync(file, text);
+  await withService({ config: file }, async (service) => assert.equal((await service.get('/livez')).status, 200));
+  folder.remove();
+});
+
 test('with a key file only its keys are let in, save to what must be open', async () => {
   const folder = temporaryFolder();
   const file = join(folder.path, 'keys');
@@ -122,9 +136,10 @@ test('a worker that is killed is replaced, and again, after pauses', async () =>
       await until('a new worker', () => service.workers().length === 2 && !service.workers().includes(before[0]));
     }
     assert.match(service.log, /worker-ended pid=\d+ signal=9/);
-    const { text } = await service.get('/metrics');
-    assert.match(text, /tightwire_worker_restarts_total 3\n/);
-    assert.match(text, /tightwire_workers 2\n/);
+    await until('the figures say so', async () => {
+      const { text } = await service.get('/metrics');
+      return /tightwire_worker_restarts_total 3\n/.test(text) && /tightwire_workers 2\n/.test(text);
+    });
   });
 });
 
