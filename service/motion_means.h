@@ -3,14 +3,13 @@
 #define SERVICE_MOTION_MEANS_H
 
 #include "service/work.h"
-#include "solver/field/strain.h"
-#include "solver/motion/motion.h"
+#include "solver/field/means.h"
 
 /* What the arrays are called, by enum strain_model: "mean_stvk" "mean_printed" "mean_tension". */
 extern const char *const motion_mean_names[STRAIN_MODELS];
 
 /* The means of all three models against the reference that the options name, mean[model][face_count], in the work's
- * arena. Progress goes from `share_from` to `share_to`. `info` may be NULL; its frame_count is what was read. */
+ * arena. Progress goes from `share_from` to `share_to`. The frame_count of `info` is what was read. */
 enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 			    const struct field_options *options, double share_from, double share_to,
 			    double *mean[STRAIN_MODELS], struct motion_info *info, struct tw_error *error) TW_NODISCARD;
