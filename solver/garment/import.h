@@ -1,9 +1,9 @@
 /* Garment files in, a checked garment out (method 1).
  *
- * Formats: OBJ, PLY, OFF, STL. Every reader is strict and names what is wrong; OpenMesh reads OFF and STL behind one,
- * and reads OBJ a second time, so that a file that two readers understand differently is refused. Two ways in: one file
- * with the flat pattern as texture coordinates (the `vt` of an OBJ, a PLY's s t), or a worn mesh of any format plus a
- * flat mesh (x y its plane, z constant) with the same faces in the same order.
+ * Formats: OBJ, PLY, OFF, STL. The readers are strict and name what is wrong; OpenMesh reads OBJ, OFF and STL a second
+ * time, and a file that two readers understand differently is refused. Two ways in: one file with the flat pattern as
+ * texture coordinates (the `vt` of an OBJ, a PLY's s t), or a worn mesh of any format plus a flat mesh (x y its plane,
+ * z constant) with the same faces in the same order.
  *
  * Faces, vertices and pattern positions keep the order of the file. Quads and larger polygons are cut into triangles
  * along their shortest valid diagonals, and reported. STL has no shared vertices: equal positions are one vertex,

@@ -337,5 +337,5 @@ enum tw_status obj_read(struct soup *soup, struct arena *arena, struct text file
 			struct tw_error *error)
 {
 	enum tw_status status = obj_parse(soup, arena, file, report, error);
-	return status == TW_OK ? openmesh_agrees_on_obj(soup, file, error) : status;
+	return status == TW_OK ? openmesh_agrees(soup, file, MESH_OBJ, false, error) : status;
 }

@@ -1,15 +1,15 @@
-/* The strict check of OFF before OpenMesh reads it: the ASCII form with three numbers a vertex and no colours.
- * Comments and empty lines may stand anywhere. */
+/* The strict reader of OFF: the ASCII form with three numbers a vertex and no colours. Comments and empty lines may
+ * stand anywhere. */
 #include "solver/garment/openmesh.h"
 #include "solver/garment/soup.h"
 
-#include <math.h>
 #include <string.h>
 
 struct off {
 	struct text text;
 	uint32_t line;
-	uint32_t vertex_count, face_count;
+	uint64_t corner_capacity;
+	struct soup *soup;
 	struct tw_error *error;
 };
 
@@ -56,23 +56,48 @@ static enum tw_status read_counts(struct off *off)
 			return fail_at_line(off->error, "mesh-bad-header", off->line,
 					    "expected `vertices faces edges`");
 	}
-	off->vertex_count = (uint32_t)counts[0];
-	off->face_count = (uint32_t)counts[1];
-	return check_counts((uint64_t)counts[0], (uint64_t)counts[1], off->error);
+	enum tw_status status = check_counts((uint64_t)counts[0], (uint64_t)counts[1], off->error);
+	off->soup->vertex_count = (uint32_t)counts[0];
+	off->soup->polygon_count = (uint32_t)counts[1];
+	return status;
 }
 
-static enum tw_status walk_vertices(struct off *off)
+/* Arrays for what the header claims, where the rest of the file can hold it: six bytes a vertex, eight a triangle, two
+ * a corner. */
+static enum tw_status allocate(struct off *off, struct arena *arena)
 {
-	for (uint32_t v = 0; v < off->vertex_count; v++) {
+	struct soup *soup = off->soup;
+	uint64_t left = (uint64_t)(off->text.end - off->text.at), faces = soup->polygon_count;
+	uint64_t needed = 6 * (uint64_t)soup->vertex_count + 8 * faces;
+	if (needed > left + 1)
+		return tw_fail(off->error, TW_ERROR_INPUT, "mesh-truncated", NULL,
+			       "the header claims %u vertices and %u faces, at least %llu bytes; %llu follow",
+			       soup->vertex_count, soup->polygon_count, (unsigned long long)needed,
+			       (unsigned long long)left);
+	off->corner_capacity = left / 2 < faces * POLYGON_CORNERS ? left / 2 : faces * POLYGON_CORNERS;
+	soup->position = ARENA_ARRAY(arena, 3 * (size_t)soup->vertex_count, double);
+	soup->polygon_start = ARENA_ZEROED(arena, faces + 1, uint32_t);
+	soup->polygon_line = ARENA_ARRAY(arena, faces, uint32_t);
+	soup->corner_vertex = ARENA_ARRAY(arena, off->corner_capacity, uint32_t);
+	if (!soup->position || !soup->polygon_start || !soup->polygon_line || !soup->corner_vertex)
+		return tw_fail_memory(off->error);
+	return TW_OK;
+}
+
+static enum tw_status read_vertices(struct off *off)
+{
+	for (uint32_t v = 0; v < off->soup->vertex_count; v++) {
 		struct text line, word;
 		uint32_t numbers = 0;
 		if (!next_line(off, &line))
 			return truncated(off, "vertex", v);
 		for (; text_next_word(&line, &word); numbers++) {
 			double number = 0;
-			if (!text_to_number(&word, &number) || fabs(number) > 3e38)
+			if (!text_to_number(&word, &number))
 				return fail_at_line(off->error, "mesh-not-a-number", off->line,
 						    "vertex %u has a coordinate that is not a finite number", v);
+			if (numbers < 3)
+				off->soup->position[3 * (size_t)v + numbers] = number;
 		}
 		if (numbers != 3)
 			return fail_at_line(off->error, "mesh-bad-line", off->line,
@@ -81,11 +106,37 @@ static enum tw_status walk_vertices(struct off *off)
 	return TW_OK;
 }
 
-static enum tw_status walk_faces(struct off *off)
+static enum tw_status read_corners(struct off *off, struct text *line, uint32_t face, int64_t corners)
 {
-	for (uint32_t f = 0; f < off->face_count; f++) {
+	struct soup *soup = off->soup;
+	struct text word;
+	for (int64_t k = 0; k < corners; k++) {
+		int64_t index = 0;
+		if (!text_next_word(line, &word) || !text_take_integer(&word, &index) || word.at < word.end)
+			return fail_at_line(off->error, "mesh-bad-face", off->line,
+					    "face %u has fewer than its %lld vertex indexes; is the file truncated?",
+					    face, (long long)corners);
+		if (index < 0 || index >= soup->vertex_count)
+			return fail_at_line(off->error, "mesh-bad-index", off->line,
+					    "vertex index %lld of face %u is out of range: the file has %u vertices",
+					    (long long)index, face, soup->vertex_count);
+		if (soup->corner_count == off->corner_capacity)
+			return truncated(off, "face", face);
+		soup->corner_vertex[soup->corner_count++] = (uint32_t)index;
+	}
+	if (text_next_word(line, &word))
+		return fail_at_line(off->error, "mesh-bad-face", off->line,
+				    "there is something behind the vertex indexes of face %u; export without colours",
+				    face);
+	return TW_OK;
+}
+
+static enum tw_status read_faces(struct off *off)
+{
+	struct soup *soup = off->soup;
+	for (uint32_t f = 0; f < soup->polygon_count; f++) {
 		struct text line, word;
-		int64_t corners = 0, index = 0;
+		int64_t corners = 0;
 		if (!next_line(off, &line))
 			return truncated(off, "face", f);
 		if (!text_next_word(&line, &word) || !text_take_integer(&word, &corners) || word.at < word.end ||
@@ -93,37 +144,29 @@ static enum tw_status walk_faces(struct off *off)
 			return fail_at_line(off->error, "mesh-bad-face", off->line,
 					    "face %u does not begin with a number of corners from 3 to %d", f,
 					    POLYGON_CORNERS);
-		for (int64_t k = 0; k < corners; k++) {
-			if (!text_next_word(&line, &word) || !text_take_integer(&word, &index) || word.at < word.end)
-				return fail_at_line(
-					off->error, "mesh-bad-face", off->line,
-					"face %u has fewer than its %lld vertex indexes; is the file truncated?", f,
-					(long long)corners);
-			if (index < 0 || index >= off->vertex_count)
-				return fail_at_line(
-					off->error, "mesh-bad-index", off->line,
-					"vertex index %lld of face %u is out of range: the file has %u vertices",
-					(long long)index, f, off->vertex_count);
-		}
-		if (text_next_word(&line, &word))
-			return fail_at_line(
-				off->error, "mesh-bad-face", off->line,
-				"there is something behind the vertex indexes of face %u; export without colours", f);
+		soup->polygon_line[f] = off->line;
+		enum tw_status status = read_corners(off, &line, f, corners);
+		if (status != TW_OK)
+			return status;
+		soup->polygon_start[f + 1] = soup->corner_count;
 	}
 	return TW_OK;
 }
 
 enum tw_status off_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error)
 {
-	struct off off = {.text = file, .error = error};
+	*soup = (struct soup){0};
+	struct off off = {.text = file, .soup = soup, .error = error};
 	enum tw_status status = read_counts(&off);
 	if (status == TW_OK)
-		status = walk_vertices(&off);
+		status = allocate(&off, arena);
 	if (status == TW_OK)
-		status = walk_faces(&off);
+		status = read_vertices(&off);
 	if (status == TW_OK)
-		status = openmesh_read(soup, arena, file, MESH_OFF, false, off.vertex_count, off.face_count, error);
+		status = read_faces(&off);
 	if (status == TW_OK)
 		status = check_polygons(soup, error);
+	if (status == TW_OK)
+		status = openmesh_agrees(soup, file, MESH_OFF, false, error);
 	return status;
 }
