@@ -127,7 +127,8 @@ static enum tw_status write_motion(const char *path, struct sample_rig *rig, uin
 	FILE *file = fopen(path, "wb");
 	if (!file)
 		return fail_file(error, path);
-	fwrite(header, 1, pc2_write_header(header, vertices, frames), file);
+	size_t header_size = pc2_write_header(header, vertices, frames);
+	fwrite(header, 1, header_size, file);
 	for (uint32_t frame = 0; frame < frames && !ferror(file); frame++) {
 		sample_rig_pose(rig, motion, frame, position);
 		to_bytes(position, 3 * (size_t)vertices);

@@ -206,8 +206,10 @@ static double smooth_min(double a, double b, double reach)
 
 static double bump_height(const struct bump *bump, struct vec3 p)
 {
-	double x = (p.x - bump->centre.x) / bump->radius.x;
 	double y = (p.y - bump->centre.y) / bump->radius.y;
+	if (fabs(y) >= 1)
+		return 0;
+	double x = (p.x - bump->centre.x) / bump->radius.x;
 	double z = (p.z - bump->centre.z) / bump->radius.z;
 	double rest = 1 - x * x - y * y - z * z;
 	return rest > 0 ? bump->height * rest * rest * rest : 0;
@@ -372,10 +374,10 @@ struct vec3 body_skin_point(const struct body *body, enum body_part part, double
 	start = vec3_step(vec3_step(start, sweep->side, section[0]), sweep->front, section[1]);
 	struct vec3 ray = vec3_unit(vec3_add(vec3_scale(sweep->side, side), vec3_scale(sweep->front, front)));
 	/* The skin is the first change of sign; coarse steps find it, halving makes it exact. */
-	for (double r = 0; r <= 400; r += 4)
-		if (body_distance(body, vec3_step(start, ray, r)) > 0) {
-			outside = r;
-			inside = r > 0 ? r - 4 : 0;
+	for (int step = 1; step <= 100; step++)
+		if (body_distance(body, vec3_step(start, ray, 4.0 * step)) > 0) {
+			outside = 4.0 * step;
+			inside = outside - 4;
 			break;
 		}
 	for (int i = 0; i < 40; i++) {

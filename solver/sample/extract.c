@@ -25,8 +25,8 @@ static uint32_t grid_index(uint32_t x, uint32_t y, uint32_t z)
 
 static struct vec3 grid_point(uint32_t index)
 {
-	return vec3_add(grid_origin, (struct vec3){cell * (index % GRID_X), cell * (index / GRID_X % GRID_Y),
-						   cell * (index / ((uint32_t)GRID_X * GRID_Y))});
+	uint32_t x = index % GRID_X, y = index / GRID_X % GRID_Y, z = index / ((uint32_t)GRID_X * GRID_Y);
+	return vec3_add(grid_origin, (struct vec3){cell * x, cell * y, cell * z});
 }
 
 static void grid_fill(struct grid *grid)

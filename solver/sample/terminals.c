@@ -13,73 +13,73 @@
 struct mark {
 	const char *name;
 	enum body_part part;
+	int rank;           /* of the muscle table: 1 when also in the smaller set */
 	double along;       /* torso: height; sleeve: from the shoulder; leg: from the hip; mm */
 	double side, front; /* direction from the axis; side 0 on the torso is the middle, which has no pair */
-	int sets;           /* of the muscle table: 1 when also in the smaller set */
 };
 
 static const struct mark joints[] = {
-	{"shoulder", BODY_SLEEVE, 18, 1, 0.2, 0}, {"elbow", BODY_SLEEVE, 290, 0.4, -1, 0},
-	{"wrist", BODY_SLEEVE, 532, 0.6, -1, 0},  {"hip", BODY_LEG, 10, 1, 0.25, 0},
-	{"knee", BODY_LEG, 440, 0.1, 1, 0},
+	{"shoulder", BODY_SLEEVE, 0, 18, 1, 0.2}, {"elbow", BODY_SLEEVE, 0, 290, 0.4, -1},
+	{"wrist", BODY_SLEEVE, 0, 532, 0.6, -1},  {"hip", BODY_LEG, 0, 10, 1, 0.25},
+	{"knee", BODY_LEG, 0, 440, 0.1, 1},
 };
 
 static const struct mark segments[] = {
-	{"collar", BODY_TORSO, 1462, 0, -1, 0},      {"sternum", BODY_TORSO, 1330, 0, 1, 0},
-	{"pelvis", BODY_TORSO, 1000, 0, -1, 0},      {"shoulder_blade", BODY_TORSO, 1350, 0.75, -1, 0},
-	{"upper_arm", BODY_SLEEVE, 150, 1, -0.4, 0}, {"forearm", BODY_SLEEVE, 410, 0.7, -1, 0},
-	{"wrist", BODY_SLEEVE, 532, 0.6, -1, 0},     {"thigh", BODY_LEG, 250, 1, 0.3, 0},
-	{"shank", BODY_LEG, 590, 0.1, 1, 0},         {"ankle", BODY_LEG, 800, 0.5, 1, 0},
+	{"collar", BODY_TORSO, 0, 1462, 0, -1},      {"sternum", BODY_TORSO, 0, 1330, 0, 1},
+	{"pelvis", BODY_TORSO, 0, 1000, 0, -1},      {"shoulder_blade", BODY_TORSO, 0, 1350, 0.75, -1},
+	{"upper_arm", BODY_SLEEVE, 0, 150, 1, -0.4}, {"forearm", BODY_SLEEVE, 0, 410, 0.7, -1},
+	{"wrist", BODY_SLEEVE, 0, 532, 0.6, -1},     {"thigh", BODY_LEG, 0, 250, 1, 0.3},
+	{"shank", BODY_LEG, 0, 590, 0.1, 1},         {"ankle", BODY_LEG, 0, 800, 0.5, 1},
 };
 
 static const struct mark muscles[] = {
-	{"pectoral_upper", BODY_TORSO, 1375, 0.55, 1, 0},
-	{"pectoral_lower", BODY_TORSO, 1310, 0.75, 1, 1},
-	{"pectoral_outer", BODY_TORSO, 1335, 1, 0.6, 0},
-	{"serratus", BODY_TORSO, 1235, 1, 0.35, 0},
-	{"abdominal_upper", BODY_TORSO, 1205, 0.45, 1, 1},
-	{"abdominal_middle", BODY_TORSO, 1130, 0.45, 1, 0},
-	{"abdominal_lower", BODY_TORSO, 1010, 0.5, 1, 0},
-	{"oblique", BODY_TORSO, 1115, 1, 0.35, 1},
-	{"trapezius_upper", BODY_TORSO, 1425, 0.7, -1, 0},
-	{"trapezius_middle", BODY_TORSO, 1375, 0.3, -1, 1},
-	{"infraspinatus", BODY_TORSO, 1345, 0.85, -1, 0},
-	{"rhomboid", BODY_TORSO, 1305, 0.35, -1, 0},
-	{"latissimus_upper", BODY_TORSO, 1262, 1, -0.7, 1},
-	{"latissimus_lower", BODY_TORSO, 1175, 0.9, -0.8, 0},
-	{"erector_upper", BODY_TORSO, 1225, 0.3, -1, 0},
-	{"erector_lower", BODY_TORSO, 1110, 0.3, -1, 1},
-	{"gluteus_medius", BODY_TORSO, 960, 1, -0.5, 1},
-	{"gluteus_maximus", BODY_TORSO, 880, 0.75, -1, 1},
-	{"deltoid_front", BODY_SLEEVE, 40, 0.4, 1, 0},
-	{"deltoid_middle", BODY_SLEEVE, 62, 1, 0.25, 1},
-	{"deltoid_back", BODY_SLEEVE, 45, 0.4, -1, 0},
-	{"biceps", BODY_SLEEVE, 165, 0.2, 1, 1},
-	{"triceps", BODY_SLEEVE, 170, 0.2, -1, 1},
-	{"brachialis", BODY_SLEEVE, 228, 0.9, 0.6, 0},
-	{"forearm_flexor", BODY_SLEEVE, 368, -0.3, 1, 1},
-	{"forearm_extensor", BODY_SLEEVE, 372, 0.6, -1, 1},
-	{"wrist_extensor", BODY_SLEEVE, 462, 0.3, -1, 0},
-	{"tensor_fasciae", BODY_LEG, 75, 1, 0.45, 0},
-	{"sartorius", BODY_LEG, 120, 0.3, 1, 0},
-	{"adductor", BODY_LEG, 205, -1, 0.5, 0},
-	{"rectus_femoris", BODY_LEG, 225, 0.15, 1, 1},
-	{"vastus_lateralis", BODY_LEG, 295, 1, 0.6, 1},
-	{"vastus_medialis", BODY_LEG, 365, -0.7, 0.9, 0},
-	{"biceps_femoris", BODY_LEG, 255, 0.55, -1, 1},
-	{"semitendinosus", BODY_LEG, 300, -0.55, -1, 0},
-	{"tibialis", BODY_LEG, 590, 0.55, 1, 1},
-	{"peroneus", BODY_LEG, 640, 1, 0.35, 0},
-	{"gastrocnemius_outer", BODY_LEG, 565, 0.6, -1, 1},
-	{"gastrocnemius_inner", BODY_LEG, 575, -0.6, -1, 0},
-	{"soleus", BODY_LEG, 695, 0.25, -1, 0},
+	{"pectoral_upper", BODY_TORSO, 0, 1375, 0.55, 1},
+	{"pectoral_lower", BODY_TORSO, 1, 1310, 0.75, 1},
+	{"pectoral_outer", BODY_TORSO, 0, 1335, 1, 0.6},
+	{"serratus", BODY_TORSO, 0, 1235, 1, 0.35},
+	{"abdominal_upper", BODY_TORSO, 1, 1205, 0.45, 1},
+	{"abdominal_middle", BODY_TORSO, 0, 1130, 0.45, 1},
+	{"abdominal_lower", BODY_TORSO, 0, 1010, 0.5, 1},
+	{"oblique", BODY_TORSO, 1, 1115, 1, 0.35},
+	{"trapezius_upper", BODY_TORSO, 0, 1425, 0.7, -1},
+	{"trapezius_middle", BODY_TORSO, 1, 1375, 0.3, -1},
+	{"infraspinatus", BODY_TORSO, 0, 1345, 0.85, -1},
+	{"rhomboid", BODY_TORSO, 0, 1305, 0.35, -1},
+	{"latissimus_upper", BODY_TORSO, 1, 1262, 1, -0.7},
+	{"latissimus_lower", BODY_TORSO, 0, 1175, 0.9, -0.8},
+	{"erector_upper", BODY_TORSO, 0, 1225, 0.3, -1},
+	{"erector_lower", BODY_TORSO, 1, 1110, 0.3, -1},
+	{"gluteus_medius", BODY_TORSO, 1, 960, 1, -0.5},
+	{"gluteus_maximus", BODY_TORSO, 1, 880, 0.75, -1},
+	{"deltoid_front", BODY_SLEEVE, 0, 40, 0.4, 1},
+	{"deltoid_middle", BODY_SLEEVE, 1, 62, 1, 0.25},
+	{"deltoid_back", BODY_SLEEVE, 0, 45, 0.4, -1},
+	{"biceps", BODY_SLEEVE, 1, 165, 0.2, 1},
+	{"triceps", BODY_SLEEVE, 1, 170, 0.2, -1},
+	{"brachialis", BODY_SLEEVE, 0, 228, 0.9, 0.6},
+	{"forearm_flexor", BODY_SLEEVE, 1, 368, -0.3, 1},
+	{"forearm_extensor", BODY_SLEEVE, 1, 372, 0.6, -1},
+	{"wrist_extensor", BODY_SLEEVE, 0, 462, 0.3, -1},
+	{"tensor_fasciae", BODY_LEG, 0, 75, 1, 0.45},
+	{"sartorius", BODY_LEG, 0, 120, 0.3, 1},
+	{"adductor", BODY_LEG, 0, 205, -1, 0.5},
+	{"rectus_femoris", BODY_LEG, 1, 225, 0.15, 1},
+	{"vastus_lateralis", BODY_LEG, 1, 295, 1, 0.6},
+	{"vastus_medialis", BODY_LEG, 0, 365, -0.7, 0.9},
+	{"biceps_femoris", BODY_LEG, 1, 255, 0.55, -1},
+	{"semitendinosus", BODY_LEG, 0, 300, -0.55, -1},
+	{"tibialis", BODY_LEG, 1, 590, 0.55, 1},
+	{"peroneus", BODY_LEG, 0, 640, 1, 0.35},
+	{"gastrocnemius_outer", BODY_LEG, 1, 565, 0.6, -1},
+	{"gastrocnemius_inner", BODY_LEG, 0, 575, -0.6, -1},
+	{"soleus", BODY_LEG, 0, 695, 0.25, -1},
 };
 
 static const struct {
 	const char *name;
 	const struct mark *marks;
 	uint32_t mark_count;
-	int sets;        /* marks of at least this rank */
+	int rank;        /* of the marks, at least */
 	int inside_face; /* else on a vertex */
 } sets[SAMPLE_TERMINAL_SETS] = {
 	{"joints10", joints, LENGTH_OF(joints), 0, 0},
@@ -169,7 +169,7 @@ static void settle(double weight[3])
 static void place(struct sample_terminal *left, struct sample_terminal *right, const struct garment *garment,
 		  const struct mark *mark, struct vec3 at, int inside_face)
 {
-	double weight[3];
+	double weight[3] = {1, 0, 0};
 	uint32_t face = nearest_face(garment, at, weight), image = mirror_face(garment, face);
 	unsigned k = weight[0] >= weight[1] && weight[0] >= weight[2] ? 0 : weight[1] >= weight[2] ? 1 : 2;
 	settle(weight);
@@ -218,7 +218,7 @@ enum tw_status sample_terminals(struct sample_terminal **terminals, uint32_t *co
 		return tw_fail_memory(error);
 	for (uint32_t i = 0; i < sets[set].mark_count; i++) {
 		const struct mark *mark = &sets[set].marks[i];
-		if (mark->sets < sets[set].sets)
+		if (mark->rank < sets[set].rank)
 			continue;
 		struct vec3 p = body_skin_point(&body, mark->part, mark->along, mark->side, mark->front);
 		struct vec3 at = {p.x * scale.x, p.y * scale.y, p.z * scale.z};
