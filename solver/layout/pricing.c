@@ -71,17 +71,39 @@ static enum tw_status fail_apart(const struct pricing *pricing, const struct ste
 		       terminal[0]);
 }
 
+/* The search hands one context to its two callbacks; the caller's progress and the request's cancelling have their own.
+ */
+struct callbacks {
+	const struct layout_input *input;
+	void (*progress)(void *context, const struct steiner_progress *progress); /* may be NULL */
+	void *context;
+};
+
+static void pass_progress(void *context, const struct steiner_progress *progress)
+{
+	const struct callbacks *callbacks = context;
+	if (callbacks->progress)
+		callbacks->progress(callbacks->context, progress);
+}
+
+static int pass_cancelled(void *context)
+{
+	const struct callbacks *callbacks = context;
+	return callbacks->input->cancelled ? callbacks->input->cancelled(callbacks->input->context) : 0;
+}
+
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
 			     const struct graph *graph, void (*progress)(void *, const struct steiner_progress *),
 			     void *context, struct steiner_tree *tree, struct tw_error *error)
 {
+	struct callbacks callbacks = {input, progress, context};
 	struct steiner_options options = {
 		.time_limit_s = input->request->options.time_limit_s,
 		.memory_limit = input->memory_limit,
 		.threads = input->threads,
-		.progress = progress,
-		.cancelled = input->cancelled,
-		.context = progress ? context : input->context,
+		.progress = pass_progress,
+		.cancelled = pass_cancelled,
+		.context = &callbacks,
 	};
 	enum tw_status status = steiner_solve(graph, pricing->network.terminal, pricing->network.sites->count, &options,
 					      arena, tree, error);
