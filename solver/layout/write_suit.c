@@ -6,7 +6,7 @@
 
 enum { MARGIN_MM = 60, GAP_MM = 80, NAMES_MAX = 20 };
 static const double cell_mm = 2.5;
-static const double slack_mm = 6; /* cloth this little before a wire does not hide it */
+static const double slack_mm = 18; /* cloth this little before a wire does not hide it: less than a limb is thick */
 
 struct drawing {
 	const struct layout_result *result;
@@ -133,7 +133,7 @@ static void add_terminals(const struct drawing *drawing, int side)
 		char buffer[16];
 		const char *name = terminal_name(result->input->request, result->sites->site[s].terminal, buffer);
 		place_on_worn(result->input->garment, &result->sites->site[s].place, point);
-		if (!view_sees(&drawing->view[side], point, 2 * slack_mm))
+		if (!view_sees(&drawing->view[side], point, slack_mm))
 			continue;
 		struct vec2 p = on_page(drawing, side, point);
 		text_add(drawing->text, "<circle r=\"9\" cx=\"");
@@ -145,8 +145,13 @@ static void add_terminals(const struct drawing *drawing, int side)
 		text_add(drawing->text, "</title></circle>\n");
 		if (result->sites->count > NAMES_MAX)
 			continue;
-		text_add(drawing->text, "<text x=\"");
-		text_number(drawing->text, p.x + 14, 1);
+		/* Far out, names run towards the middle of the figure, so that none leaves the page; near the middle
+		 * they run outwards, so that left and right do not meet. */
+		const struct view *view = &drawing->view[side];
+		double off_middle = p.x - drawing->shift[side] - view->columns * view->cell_mm / 2;
+		bool right = fabs(off_middle) > 170 ? off_middle > 0 : off_middle < 0;
+		text_add(drawing->text, right ? "<text text-anchor=\"end\" x=\"" : "<text x=\"");
+		text_number(drawing->text, p.x + (right ? -14 : 14), 1);
 		text_add(drawing->text, "\" y=\"");
 		text_number(drawing->text, p.y - 8, 1);
 		text_add(drawing->text, "\">");
