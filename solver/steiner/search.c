@@ -50,6 +50,8 @@ int search_poll(struct search *search)
 		if (search->next_poll > options->work_limit)
 			search->next_poll = options->work_limit;
 	}
+	if (search->budget_end && search->next_poll > search->budget_end)
+		search->next_poll = search->budget_end;
 	if (options->cancelled && options->cancelled(options->context))
 		search->stop = SEARCH_CANCELLED;
 	double now_s = search_clock_s();
@@ -59,7 +61,7 @@ int search_poll(struct search *search)
 		search->next_poll = 0;
 	else if (now_s - search->last_progress_s >= progress_period_s)
 		report(search, now_s);
-	return !search->stop;
+	return !search->stop && !(search->budget_end && search->work >= search->budget_end);
 }
 
 void search_enter(struct search *search, const char *stage)

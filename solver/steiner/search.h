@@ -23,8 +23,9 @@ struct search {
 
 	/* Fine, with instance.base: the instance in hand need only keep trees below it; UINT64_MAX: no guess. */
 	uint64_t assumed;
-	uint64_t work;      /* units spent: about one for each arc that is looked at */
-	uint64_t next_poll; /* work at which clock and `cancelled` are asked again */
+	uint64_t work;       /* units spent: about one for each arc that is looked at */
+	uint64_t next_poll;  /* work at which clock and `cancelled` are asked again */
+	uint64_t budget_end; /* work at which the stage must give up, though the search goes on; 0: none */
 	double started_s, last_progress_s;
 	enum search_stop stop;  /* why the stages must come to an end */
 	const char *stage;      /* static: "dual ascent" */
@@ -62,6 +63,14 @@ void search_enter(struct search *search, const char *stage);
 static inline int search_uses(const struct search *search, enum steiner_feature feature)
 {
 	return !(search->options->disable & feature);
+}
+
+/* Gives the stages from here on `units` of work, 0 for as much as they want: then search_spend is false, and they
+ * return TW_ERROR_CANCELLED while search->stop says that the search goes on. */
+static inline void search_set_budget(struct search *search, uint64_t units)
+{
+	search->budget_end = units ? search->work + units : 0;
+	search->next_poll = search->stop ? 0 : search->work;
 }
 
 int search_poll(struct search *search); /* for search_spend only */

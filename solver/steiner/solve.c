@@ -1,27 +1,10 @@
 /* Purpose: the solver's table of contents: the stages in their order, and how their outcomes become an answer. */
-#include "solver/steiner/cut.h"
-#include "solver/steiner/dp.h"
-#include "solver/steiner/fix.h"
-#include "solver/steiner/guess.h"
 #include "solver/steiner/primal.h"
+#include "solver/steiner/prove.h"
 #include "solver/steiner/reduce.h"
 #include "solver/steiner/search.h"
 
 #include <string.h>
-
-/* Branch and cut on what deletion and reductions leave of the instance. */
-static enum tw_status solve_by_cuts(struct search *search, const struct dual *dual)
-{
-	struct dual next;
-	int empty = 0;
-	enum tw_status status = fix_by_reduced_costs(search, dual, search_cutoff(search), &next, &empty);
-	if (status == TW_OK && empty)
-		search_bound(search, search_cutoff(search));
-	if (status != TW_OK || empty)
-		return status;
-	status = reduce_instance(search);
-	return status == TW_OK ? cut_solve(search) : status;
-}
 
 static enum tw_status run_stages(struct search *search)
 {
@@ -52,9 +35,7 @@ static enum tw_status run_stages(struct search *search)
 	search_enter(search, "primal heuristics");
 	if (status == TW_OK)
 		status = primal_improve(search, &dual, 60ull * search->instance.edge_count);
-	if (status == TW_OK && !search_uses(search, STEINER_DYNAMIC))
-		return solve_by_cuts(search, &dual);
-	return status == TW_OK ? guess_solve(search, &dual, 0) : status;
+	return status == TW_OK ? prove_optimum(search, &dual) : status;
 }
 
 /* TW_ERROR_MEMORY and TW_ERROR_CANCELLED are outcomes as soon as there is a tree. */
