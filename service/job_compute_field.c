@@ -54,7 +54,7 @@ static enum tw_status find_worst(struct work *work, const struct cached_mesh *me
 	return status;
 }
 
-static json_t *show_field(const struct field *field, size_t motion_count)
+static json_t *show_field(const struct field *field, const struct field_options *asked, size_t motion_count)
 {
 	uint64_t least = UINT64_MAX;
 	uint64_t largest = 0;
@@ -71,11 +71,11 @@ static json_t *show_field(const struct field *field, size_t motion_count)
 	}
 	for (uint32_t f = 0; f < field->face_count; f++)
 		density = field->density[f] > density ? field->density[f] : density;
-	return json_pack("{s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:f}", "faces", (json_int_t)field->face_count, "edges",
-			 (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
+	return json_pack("{s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:f, s:o}", "faces", (json_int_t)field->face_count,
+			 "edges", (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
 			 forbidden, "scale", field->scale, "least_weight",
 			 (json_int_t)(least == UINT64_MAX ? 0 : least), "largest_weight", (json_int_t)largest,
-			 "largest_density_mpa", density);
+			 "largest_density_mpa", density, "preset_changes", field_options_changes(asked));
 }
 
 static enum tw_status compute(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
@@ -110,6 +110,7 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 		status = cache_mesh(work->cache, work->store, mesh_id, &mesh, error);
 	if (status != TW_OK)
 		return status;
+	const struct field_options asked = options;
 	field_options_resolve(&options);
 	status = compute(work, mesh, &options, field, &motion_count, error);
 	if (status != TW_OK)
@@ -117,5 +118,5 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 	field_to_arrays(field, arrays);
 	work->result.arrays = arrays;
 	work->result.array_count = FIELD_ARRAYS;
-	return work_summary(work, show_field(field, motion_count), error);
+	return work_summary(work, show_field(field, &asked, motion_count), error);
 }
