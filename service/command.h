@@ -19,5 +19,6 @@ int command_serve(int argc, char **argv);
 int command_key(int argc, char **argv);
 int command_worker(int argc, char **argv);
 int command_backup(int argc, char **argv);
+int command_pack(int argc, char **argv);
 
 #endif

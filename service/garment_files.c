@@ -86,7 +86,8 @@ void garment_files_print_paths_help(FILE *out)
 {
 	fprintf(out, "  --worn FILE       the garment as worn: OBJ (with its flat pattern as vt), PLY, OFF, STL\n"
 		     "  --pattern FILE    the flat pattern, where it is a file of its own, with the same faces\n"
-		     "  --motion FILE     point cache of the worn garment: PC2, MDD, or OBJ sequence in a tar; may be\n"
+		     "  --motion FILE     point cache of the worn garment: PC2, MDD, OBJ sequence in a tar, or packed; "
+		     "may be\n"
 		     "                    repeated\n");
 }
 

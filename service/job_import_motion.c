@@ -20,7 +20,7 @@ static double average(const double *values, uint32_t count)
 
 static json_t *show_motion(const struct motion_info *info, double *const *mean, uint32_t face_count)
 {
-	static const char *const formats[] = {"unknown", "pc2", "mdd", "obj-tar"};
+	static const char *const formats[] = {"unknown", "pc2", "mdd", "obj-tar", "packed"};
 	const double *stvk = mean[STRAIN_STVK];
 	return json_pack("{s:s, s:I, s:I, s:f, s:f, s:f}", "format", formats[info->format], "frames",
 			 (json_int_t)info->frame_count, "points", (json_int_t)info->vertex_count, "frames_per_second",

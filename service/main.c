@@ -15,6 +15,7 @@ static const struct command commands[] = {
 	{"rig", command_rig, "read the acquisition box of the bench rig"},
 	{"backup", command_backup, "copy a store that is in use"},
 	{"key", command_key, "make an API key for the service"},
+	{"pack", command_pack, "a motion to about a quarter of its size"},
 	{"sample", command_sample, "write a suit with motions and terminals to start with"},
 	{NULL, NULL, NULL},
 };

@@ -56,7 +56,7 @@ enum tw_status reader_read(struct motion_reader *reader, void *bytes, size_t siz
 	return TW_OK;
 }
 
-static enum tw_status truncated(const struct motion_reader *reader, struct tw_error *error)
+enum tw_status reader_truncated(const struct motion_reader *reader, struct tw_error *error)
 {
 	char where[32];
 	snprintf(where, sizeof where, "frame %u", reader->frame);
@@ -68,11 +68,11 @@ enum tw_status reader_fill(struct motion_reader *reader, void *bytes, size_t siz
 {
 	size_t got = 0;
 	enum tw_status status = reader_read(reader, bytes, size, &got, error);
-	return status != TW_OK ? status : got < size ? truncated(reader, error) : TW_OK;
+	return status != TW_OK ? status : got < size ? reader_truncated(reader, error) : TW_OK;
 }
 
-enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices, int64_t frames, uint64_t header,
-			    uint64_t per_frame, struct tw_error *error)
+enum tw_status reader_check_counts(const struct motion_reader *reader, int64_t vertices, int64_t frames,
+				   struct tw_error *error)
 {
 	if (vertices < 1 || frames < 1)
 		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL,
@@ -86,6 +86,15 @@ enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices
 		return tw_fail(error, TW_ERROR_LIMIT, "motion-too-large", NULL,
 			       "the header claims %lld vertices and %lld frames; at most %u and %u are accepted",
 			       (long long)vertices, (long long)frames, TW_LIMIT_VERTICES, TW_LIMIT_FRAMES);
+	return TW_OK;
+}
+
+enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices, int64_t frames, uint64_t header,
+			    uint64_t per_frame, struct tw_error *error)
+{
+	enum tw_status status = reader_check_counts(reader, vertices, frames, error);
+	if (status != TW_OK)
+		return status;
 	uint64_t size = header + (uint64_t)frames * per_frame;
 	if (reader->source.size == UINT64_MAX || reader->source.size == size)
 		return TW_OK;
@@ -115,6 +124,8 @@ static enum motion_format sniff(const unsigned char *bytes, size_t size, uint32_
 {
 	if (size >= 12 && memcmp(bytes, "POINTCACHE2", 12) == 0)
 		return MOTION_PC2;
+	if (size >= 8 && memcmp(bytes, "TWFRAME1", 8) == 0)
+		return MOTION_PACKED;
 	if (size >= 262 && memcmp(bytes + 257, "ustar", 5) == 0)
 		return MOTION_OBJ_TAR;
 	if (size < 8)
@@ -140,15 +151,16 @@ static enum tw_status find_format(struct motion_reader *reader, enum motion_form
 	*format = sniff(bytes, got, reader->expected);
 	if (*format == MOTION_SNIFF)
 		return tw_fail(error, TW_ERROR_INPUT, "motion-unknown-format", "byte 0",
-			       "the file is none of PC2, MDD with the garment's vertices, and an OBJ sequence as an "
-			       "uncompressed tar");
+			       "the file is none of PC2, MDD with the garment's vertices, a packed motion, and an OBJ "
+			       "sequence as an uncompressed tar");
 	return TW_OK;
 }
 
 enum tw_status motion_open(struct motion_reader **opened, const struct byte_source *source, enum motion_format format,
 			   enum length_unit unit, uint32_t vertex_count, struct tw_error *error)
 {
-	static const struct motion_codec *const codecs[] = {NULL, &pc2_codec, &mdd_codec, &obj_tar_codec};
+	static const struct motion_codec *const codecs[] = {NULL, &pc2_codec, &mdd_codec, &obj_tar_codec,
+							    &packed_codec};
 	*opened = NULL;
 	struct motion_reader *reader = calloc(1, sizeof *reader);
 	if (!reader)

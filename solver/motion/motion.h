@@ -3,6 +3,7 @@
  * PC2: 12 bytes "POINTCACHE2\0", i32 version 1, i32 points, f32 start frame, f32 frames per sample, i32 samples; then
  * f32 x y z per point and sample; little-endian.
  * MDD: i32 frames, i32 points, f32 seconds of each frame; then f32 x y z per point and frame; big-endian.
+ * Packed: see pack.h.
  * OBJ sequence: a tar (ustar, GNU or pax) of OBJ files, one per frame, in the archive's order, which must be that of
  * their names (digits compared as numbers); the faces of every frame must be those of the first. */
 #ifndef SOLVER_MOTION_MOTION_H
@@ -30,11 +31,12 @@ struct byte_memory {
 };
 struct byte_source byte_source_memory(struct byte_memory *memory);
 
-enum motion_format { MOTION_SNIFF, MOTION_PC2, MOTION_MDD, MOTION_OBJ_TAR };
+enum motion_format { MOTION_SNIFF, MOTION_PC2, MOTION_MDD, MOTION_OBJ_TAR, MOTION_PACKED };
 
 struct motion_info {
 	enum motion_format format;
-	uint32_t frame_count;     /* 0 for an OBJ sequence until its end was read */
+	uint32_t
+		frame_count; /* 0 where that is known only once the end was read: an OBJ sequence, or packed from one */
 	uint32_t vertex_count;    /* points of a frame */
 	double frames_per_second; /* MDD by its times; PC2 and OBJ have none: 30 over the frames per sample */
 	double start_frame;       /* PC2; else 0 */

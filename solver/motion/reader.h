@@ -14,7 +14,7 @@ struct motion_codec {
 	void (*close)(void *state); /* NULL where there is none */
 };
 
-extern const struct motion_codec pc2_codec, mdd_codec, obj_tar_codec;
+extern const struct motion_codec pc2_codec, mdd_codec, obj_tar_codec, packed_codec;
 
 struct motion_reader {
 	struct byte_source source;
@@ -33,8 +33,14 @@ enum tw_status reader_read(struct motion_reader *reader, void *bytes, size_t siz
 /* As reader_read, but fewer are the error "motion-truncated". */
 enum tw_status reader_fill(struct motion_reader *reader, void *bytes, size_t size, struct tw_error *error) TW_NODISCARD;
 
-/* Checks the counts of a header against the limits, what is expected, and the size of the stream: `header` bytes and
- * `per_frame` bytes a frame. */
+/* The error "motion-truncated" in the frame in hand. */
+enum tw_status reader_truncated(const struct motion_reader *reader, struct tw_error *error) TW_NODISCARD;
+
+/* Checks the counts of a header against the limits and what is expected. */
+enum tw_status reader_check_counts(const struct motion_reader *reader, int64_t vertices, int64_t frames,
+				   struct tw_error *error) TW_NODISCARD;
+
+/* As reader_check_counts, and against the size of the stream: `header` bytes and `per_frame` bytes a frame. */
 enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices, int64_t frames, uint64_t header,
 			    uint64_t per_frame, struct tw_error *error) TW_NODISCARD;
 

@@ -11,11 +11,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 		return 0;
 	struct byte_memory memory = {bytes + 1, size - 1, 0};
 	struct byte_source source = byte_source_memory(&memory);
-	if (bytes[0] & 4)
+	if (bytes[0] & 8)
 		source.size = UINT64_MAX;
 	struct motion_reader *reader = NULL;
 	struct tw_error error = {0};
-	enum tw_status status = motion_open(&reader, &source, (enum motion_format)(bytes[0] & 3), UNIT_MM, 0, &error);
+	enum tw_status status =
+		motion_open(&reader, &source, (enum motion_format)((bytes[0] & 7) % 5), UNIT_MM, 0, &error);
 	if (status != TW_OK) {
 		if (!error.type)
 			__builtin_trap();

@@ -2,6 +2,7 @@
  * place. */
 #include "solver/motion/motion.h"
 #include "solver/motion/fit.h"
+#include "solver/motion/pack.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -273,6 +274,102 @@ static void motion_in_another_unit_or_order_does_not_fit(void **state)
 	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
 }
 
+/* --- packed motions
+ * --------------------------------------------------------------------------------------------------- */
+
+/* Smooth paths through a few metres, with a jump, in `frames` frames of VERTICES points. */
+static float smooth(int frame, int i)
+{
+	return (float)(900 * sin(0.11 * frame + i) + (frame == 5 ? 300 : 0)) / 3 - (float)i;
+}
+
+static enum tw_status take_bytes(void *context, const void *bytes, size_t size, struct tw_error *error)
+{
+	struct stream *s = context;
+	(void)error;
+	memcpy(s->bytes + s->memory.size, bytes, size);
+	s->memory.size += size;
+	return TW_OK;
+}
+
+static void make_packed(struct stream *s, int frames, uint32_t stated)
+{
+	struct motion_info info = {.vertex_count = VERTICES, .frame_count = stated, .frames_per_second = 25};
+	struct motion_packer *packer = NULL;
+	s->memory = (struct byte_memory){s->bytes, 0, 0};
+	assert_int_equal(motion_packer_new(&packer, &info, take_bytes, s, &s->error), TW_OK);
+	for (int f = 0; f < frames; f++) {
+		float positions[3 * VERTICES];
+		for (int i = 0; i < 3 * VERTICES; i++)
+			positions[i] = smooth(f, i);
+		assert_int_equal(motion_packer_add(packer, positions, &s->error), TW_OK);
+	}
+	motion_packer_free(packer);
+}
+
+static void packed_positions_are_within_the_stated_error(void **state)
+{
+	struct stream *s = *state;
+	for (int known = 0; known < 2; known++) {
+		make_packed(s, 50, known ? 50 : 0);
+		assert_int_equal(open_as(s, MOTION_SNIFF, UNIT_M, VERTICES), TW_OK);
+		assert_int_equal(motion_info(s->reader)->format, MOTION_PACKED);
+		assert_true(motion_info(s->reader)->frames_per_second == 25);
+		for (int round = 0; round < 2; round++) {
+			float positions[3 * VERTICES];
+			bool end = false;
+			for (int f = 0; f < 50; f++) {
+				assert_int_equal(motion_next(s->reader, positions, &end, &s->error), TW_OK);
+				for (int i = 0; i < 3 * VERTICES; i++)
+					assert_true(fabs((double)positions[i] - (double)smooth(f, i)) <=
+						    MOTION_PACK_ERROR_MM);
+			}
+			assert_int_equal(motion_next(s->reader, positions, &end, &s->error), TW_OK);
+			assert_true(end);
+			assert_int_equal(motion_info(s->reader)->frame_count, 50);
+			assert_int_equal(motion_rewind(s->reader, &s->error), TW_OK);
+		}
+	}
+}
+
+static void packing_again_gives_the_same_bytes(void **state)
+{
+	struct stream *s = *state;
+	make_packed(s, 20, 20);
+	assert_int_equal(open_as(s, MOTION_PACKED, UNIT_MM, 0), TW_OK);
+	struct stream *again = calloc(1, sizeof *again);
+	again->memory.bytes = again->bytes;
+	uint32_t frames = 0;
+	assert_int_equal(motion_pack(s->reader, take_bytes, again, &frames, &s->error), TW_OK);
+	assert_int_equal(frames, 20);
+	assert_int_equal(again->memory.size, s->memory.size);
+	assert_memory_equal(again->bytes, s->bytes, s->memory.size);
+	free(again);
+}
+
+static void damaged_packed_motions_are_errors(void **state)
+{
+	struct stream *s = *state;
+	make_packed(s, 4, 4);
+	const size_t whole = s->memory.size;
+	float positions[3 * VERTICES];
+	for (size_t size = 0; size <= whole; size++) {
+		s->memory.size = size + (size == whole);
+		enum tw_status status = open_as(s, MOTION_PACKED, UNIT_MM, VERTICES);
+		bool end = false;
+		while (status == TW_OK && !end)
+			status = motion_next(s->reader, positions, &end, &s->error);
+		assert_int_equal(status, TW_ERROR_INPUT);
+	}
+	s->memory.size = whole;
+	s->bytes[24 + 4] ^= 0xff; /* the mark of the first zstd frame */
+	assert_int_equal(open_as(s, MOTION_PACKED, UNIT_MM, VERTICES), TW_OK);
+	bool end = false;
+	assert_int_equal(motion_next(s->reader, positions, &end, &s->error), TW_ERROR_INPUT);
+	assert_string_equal(s->error.type, "motion-damaged");
+	assert_string_equal(s->error.where, "frame 0");
+}
+
 /* --- OBJ sequences
  * ---------------------------------------------------------------------------------------------------- */
 
@@ -429,6 +526,9 @@ int main(void)
 		cmocka_unit_test_setup_teardown(unknown_version_and_bad_rate_are_refused, setup, teardown),
 		cmocka_unit_test_setup_teardown(what_is_no_number_is_named_by_frame_and_vertex, setup, teardown),
 		cmocka_unit_test_setup_teardown(motion_in_another_unit_or_order_does_not_fit, setup, teardown),
+		cmocka_unit_test_setup_teardown(packed_positions_are_within_the_stated_error, setup, teardown),
+		cmocka_unit_test_setup_teardown(packing_again_gives_the_same_bytes, setup, teardown),
+		cmocka_unit_test_setup_teardown(damaged_packed_motions_are_errors, setup, teardown),
 		cmocka_unit_test_setup_teardown(obj_sequence_comes_back_in_natural_order, setup, teardown),
 		cmocka_unit_test_setup_teardown(long_names_are_read, setup, teardown),
 		cmocka_unit_test_setup_teardown(reordered_vertices_are_noticed, setup, teardown),
