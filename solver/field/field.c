@@ -94,6 +94,22 @@ static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t
 	}
 }
 
+/* Coordinates or densities beyond all measure show here, whatever way they came in. */
+static enum tw_status check_costs(const double *cost, uint32_t count, struct tw_error *error)
+{
+	double total = 0;
+	for (uint32_t e = 0; e < count; e++) {
+		total += cost[e] == INFINITY ? 0 : cost[e];
+		if (!(total < 1e200)) {
+			char where[32];
+			snprintf(where, sizeof where, "edge %u", e);
+			return tw_fail(error, TW_ERROR_INPUT, "field-cost", where,
+				       "the strip of this edge has no finite cost; check the unit of the pattern");
+		}
+	}
+	return TW_OK;
+}
+
 /* The largest power of two that keeps the total in bounds, but no more than the smallest cost asks for. */
 static double choose_scale(const double *cost, uint32_t count, int weight)
 {
@@ -225,6 +241,8 @@ enum tw_status field_weigh(struct field *field, struct arena *arena, const struc
 	};
 	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
 	status = weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
+	if (!status)
+		status = check_costs(w.cost, field->edge_count, error);
 	if (!status) {
 		field->scale = choose_scale(w.cost, field->edge_count, field->options.weight);
 		for (uint32_t e = 0; e < field->edge_count; e++)

@@ -349,7 +349,7 @@ double strip_cost(const struct strip *strip, int overhang)
 	double missing = strip->area_mm2 - strip->covered_mm2;
 	double charge = overhang == FIELD_OVERHANG_CHARGE && missing > 0 ? missing * strip->largest : 0;
 	/* Areas that are 0 but for rounding may add up to less than nothing. */
-	return strip->cost + charge > 0 ? strip->cost + charge : 0;
+	return strip->cost + charge < 0 ? 0 : strip->cost + charge;
 }
 
 double strip_coverage(const struct strip *strip)

@@ -255,6 +255,12 @@ static void what_cannot_be_weighed_is_an_error_that_names_the_place(void **state
 		field_weigh(&s.field, s.arena, &s.garment, &s.topology, s.density, &s.options, NULL, 1, &error),
 		TW_ERROR_INPUT);
 	assert_string_equal(error.where, "face 17");
+	s.density[17] = 1;
+	s.garment.pattern[40] = 1e200;
+	assert_int_equal(
+		field_weigh(&s.field, s.arena, &s.garment, &s.topology, s.density, &s.options, NULL, 1, &error),
+		TW_ERROR_INPUT);
+	assert_non_null(strstr(error.where, "edge "));
 	arena_free(s.arena);
 }
 

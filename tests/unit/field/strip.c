@@ -21,6 +21,14 @@ struct cloth {
 	struct strip_walker *walker;
 };
 
+static void cloth_lay(struct cloth *cloth)
+{
+	assert_int_equal(
+		strip_fabric_build(&cloth->fabric, cloth->arena, &cloth->garment, &cloth->topology, cloth->value, NULL),
+		TW_OK);
+	assert_int_equal(strip_walker_new(&cloth->walker, cloth->arena, &cloth->fabric, NULL), TW_OK);
+}
+
 /* Values that differ from face to face but belong to the place, not to the number of the face. */
 static void cloth_prepare(struct cloth *cloth)
 {
@@ -34,10 +42,7 @@ static void cloth_prepare(struct cloth *cloth)
 		}
 		cloth->value[f] = 0.1 + sum * sum / 9;
 	}
-	assert_int_equal(
-		strip_fabric_build(&cloth->fabric, cloth->arena, &cloth->garment, &cloth->topology, cloth->value, NULL),
-		TW_OK);
-	assert_int_equal(strip_walker_new(&cloth->walker, cloth->arena, &cloth->fabric, NULL), TW_OK);
+	cloth_lay(cloth);
 }
 
 static void cloth_sheet(struct cloth *cloth, uint32_t columns, uint32_t rows, double jitter, uint32_t seam)
@@ -277,6 +282,29 @@ static void splitting_faces_changes_no_strip(void **state)
 	arena_free(split.arena);
 }
 
+static void moving_the_pieces_on_the_pattern_changes_no_strip(void **state)
+{
+	(void)state;
+	struct cloth cloth, moved;
+	cloth_sheet(&cloth, 14, 10, 0.3, 5);
+	cloth_sheet(&moved, 14, 10, 0.3, 5);
+	for (size_t c = 0; c < moved.garment.coord_count; c++) {
+		double *u = moved.garment.pattern + 2 * c, x = u[0], y = u[1];
+		u[0] = 0.6 * x - 0.8 * y + 1234;
+		u[1] = 0.8 * x + 0.6 * y - 777;
+	}
+	cloth_lay(&moved);
+	for (uint32_t e = 0; e < cloth.topology.edge_count; e++) {
+		struct strip a, b;
+		strip_edge(cloth.walker, e, 21, &a);
+		strip_edge(moved.walker, e, 21, &b);
+		assert_close(a.cost, b.cost, 1e-10);
+		assert_close(a.covered_mm2, b.covered_mm2, 1e-10);
+	}
+	arena_free(cloth.arena);
+	arena_free(moved.arena);
+}
+
 static void other_numbers_of_faces_change_no_strip(void **state)
 {
 	(void)state;
@@ -420,6 +448,7 @@ int main(void)
 		cmocka_unit_test(every_strip_at_a_bent_seam_matches_method_3_done_with_geos),
 		cmocka_unit_test(a_hem_edge_misses_half_of_its_strip),
 		cmocka_unit_test(splitting_faces_changes_no_strip),
+		cmocka_unit_test(moving_the_pieces_on_the_pattern_changes_no_strip),
 		cmocka_unit_test(other_numbers_of_faces_change_no_strip),
 		cmocka_unit_test(polygons_match_a_monte_carlo_integral),
 		cmocka_unit_test(a_segment_is_the_polygon_of_its_corners),
