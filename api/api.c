@@ -122,8 +122,7 @@ const char *api_exchange_request_id(const struct api_exchange *exchange)
 	return exchange->request_id;
 }
 
-/* --- what handlers use -----------------------------------------------------------------------------------------------
- */
+/* --- what handlers use ------------------------------------------------------------------------------------------ */
 
 const char *call_header(const struct api_call *call, const char *name)
 {
@@ -160,8 +159,7 @@ int64_t call_now_ms(void)
 	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-/* --- the end of an exchange ------------------------------------------------------------------------------------------
- */
+/* --- the end of an exchange ------------------------------------------------------------------------------------- */
 
 /* JSON in memory gets the hash of its bytes as entity tag; what is streamed has one from its handler. */
 static void tag_bytes(struct api_call *call)
@@ -215,8 +213,7 @@ static enum api_state answer_problem(struct api_exchange *exchange, const struct
 	return answer(exchange);
 }
 
-/* --- its beginning ---------------------------------------------------------------------------------------------------
- */
+/* --- its beginning ---------------------------------------------------------------------------------------------- */
 
 /* The client's id where it is short and printable, else a random one. */
 static void choose_request_id(struct api_exchange *exchange)
@@ -352,8 +349,7 @@ enum api_state api_exchange_headers(struct api_exchange *exchange, const struct 
 	return answer(exchange);
 }
 
-/* --- its body and its handler ----------------------------------------------------------------------------------------
- */
+/* --- its body and its handler ----------------------------------------------------------------------------------- */
 
 static enum tw_status keep_json(struct api_exchange *exchange, const void *bytes, size_t size, struct tw_error *error)
 {

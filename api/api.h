@@ -46,7 +46,7 @@ struct api_settings {
 enum tw_status api_open(struct api **api, const struct api_settings *settings, struct tw_error *error) TW_NODISCARD;
 void api_close(struct api *api); /* NULL is allowed */
 
-/* `target` is copied. NULL when out of memory. */
+/* `target` as it came, still percent-encoded: "/v1/meshes?limit=3"; copied. NULL when out of memory. */
 struct api_exchange *api_exchange_new(struct api *api, const char *target);
 void api_exchange_free(struct api_exchange *exchange); /* NULL is allowed; an unfinished upload is dropped */
 

@@ -1,4 +1,5 @@
 /* Fields: {"mesh": id, "motions": [id, …], "name": …, "options": {…}} in; arrays out. */
+#include "api/content.h"
 #include "api/handlers.h"
 #include "api/json.h"
 #include "api/resource.h"
@@ -148,7 +149,7 @@ enum tw_status get_field(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_field_array(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_blob(call, RESOURCE_FIELD, BLOB_ARRAY, error);
+	return content_respond(call, RESOURCE_FIELD, BLOB_ARRAY, error);
 }
 
 enum tw_status delete_field(struct api_call *call, struct tw_error *error)

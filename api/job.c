@@ -1,5 +1,6 @@
 #include "api/handlers.h"
 #include "api/job_view.h"
+#include "api/page.h"
 #include "api/resource.h"
 
 static enum tw_status respond_job(struct api_call *call, struct tw_error *error)

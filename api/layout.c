@@ -1,4 +1,5 @@
 /* Layouts: the request that solver/layout/request.h describes in, with the field that it is for; artifacts out. */
+#include "api/content.h"
 #include "api/handlers.h"
 #include "api/json.h"
 #include "api/resource.h"
@@ -87,7 +88,7 @@ enum tw_status get_layout(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_layout_artifact(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_blob(call, RESOURCE_LAYOUT, BLOB_ARTIFACT, error);
+	return content_respond(call, RESOURCE_LAYOUT, BLOB_ARTIFACT, error);
 }
 
 enum tw_status delete_layout(struct api_call *call, struct tw_error *error)

@@ -1,4 +1,5 @@
 /* Meshes and their motions: uploads in, resources out. */
+#include "api/content.h"
 #include "api/handlers.h"
 #include "api/resource.h"
 #include "solver/garment/options.h"
@@ -73,7 +74,7 @@ enum tw_status get_mesh(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_mesh_array(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_blob(call, RESOURCE_MESH, BLOB_ARRAY, error);
+	return content_respond(call, RESOURCE_MESH, BLOB_ARRAY, error);
 }
 
 enum tw_status delete_mesh(struct api_call *call, struct tw_error *error)
@@ -115,7 +116,7 @@ enum tw_status get_motion(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_motion_array(struct api_call *call, struct tw_error *error)
 {
-	return resource_respond_blob(call, RESOURCE_MOTION, BLOB_ARRAY, error);
+	return content_respond(call, RESOURCE_MOTION, BLOB_ARRAY, error);
 }
 
 enum tw_status delete_motion(struct api_call *call, struct tw_error *error)

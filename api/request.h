@@ -1,10 +1,10 @@
-/* One HTTP request as the api sees it: no socket, so a test can make one on the stack. */
+/* The head of an HTTP request as the api sees it: no socket, so a test can make one on the stack. Its target is known
+ * earlier: api_exchange_new. */
 #ifndef API_REQUEST_H
 #define API_REQUEST_H
 
 struct api_request {
 	const char *method; /* "GET" */
-	const char *target; /* as it came, still percent-encoded: "/v1/meshes?limit=3" */
 	/* The value of a header, its name in any case; NULL where the request has none. */
 	const char *(*header)(void *context, const char *name);
 	void *context; /* of header() */

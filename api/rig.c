@@ -2,6 +2,7 @@
 #include "storage/rig.h"
 #include "api/handlers.h"
 #include "api/json.h"
+#include "api/page.h"
 #include "api/recording.h"
 #include "api/resource.h"
 
@@ -11,8 +12,7 @@
 #define SAMPLES_LIMIT_DEFAULT 500
 #define SAMPLES_LIMIT_MAX 5000
 
-/* --- state -----------------------------------------------------------------------------------------------------------
- */
+/* --- state ------------------------------------------------------------------------------------------------------ */
 
 static json_t *show_sample(const struct rig_sample *sample)
 {
@@ -41,8 +41,7 @@ enum tw_status get_rig(struct api_call *call, struct tw_error *error)
 	return response_json(&call->response, 200, json, error);
 }
 
-/* --- recordings ------------------------------------------------------------------------------------------------------
- */
+/* --- recordings ------------------------------------------------------------------------------------------------- */
 
 static enum tw_status parse_recording(const json_t *body, const char **name, char **options, struct tw_error *error)
 {
@@ -129,8 +128,7 @@ enum tw_status get_recording_samples(struct api_call *call, struct tw_error *err
 	return status ? status : page_respond(call, items, (int64_t)got == limit ? first + limit : 0, error);
 }
 
-/* --- CSV -------------------------------------------------------------------------------------------------------------
- */
+/* --- CSV -------------------------------------------------------------------------------------------------------- */
 
 #define CSV_SAMPLES 256                      /* read at once */
 #define CSV_LINE_MAX (24 + RIG_CHANNELS * 6) /* a time stamp, and five digits and a comma a channel */

@@ -47,8 +47,7 @@ static int64_t now_ms(void)
 	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
-/* --- what the api asks of us -----------------------------------------------------------------------------------------
- */
+/* --- what the api asks of us ------------------------------------------------------------------------------------ */
 
 static void on_job_added(void *context)
 {
@@ -71,8 +70,7 @@ static bool on_ready(void *context, char *why, size_t size)
 	return false;
 }
 
-/* --- start -----------------------------------------------------------------------------------------------------------
- */
+/* --- start ------------------------------------------------------------------------------------------------------ */
 
 /* Blocks the signals for this thread and all that it makes, and takes them from a descriptor instead. */
 static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error)
@@ -166,8 +164,7 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 	return status ? status : start_http(daemon, error);
 }
 
-/* --- run -------------------------------------------------------------------------------------------------------------
- */
+/* --- run -------------------------------------------------------------------------------------------------------- */
 
 static void begin_drain(struct daemon *daemon)
 {

@@ -77,8 +77,7 @@ static int64_t now_us(void)
 	return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
 }
 
-/* --- sockets ---------------------------------------------------------------------------------------------------------
- */
+/* --- sockets ---------------------------------------------------------------------------------------------------- */
 
 static void open_peer(struct http_server *server, int socket, void **context)
 {
@@ -146,8 +145,7 @@ static void close_dawdlers(struct http_server *server, int64_t now_ms)
 	pthread_mutex_unlock(&server->lock);
 }
 
-/* --- held connections ------------------------------------------------------------------------------------------------
- */
+/* --- held connections ------------------------------------------------------------------------------------------- */
 
 static void hold(struct http_request *request)
 {
@@ -179,8 +177,7 @@ static void resume_held(struct http_server *server, bool all)
 	pthread_mutex_unlock(&server->lock);
 }
 
-/* --- responses -------------------------------------------------------------------------------------------------------
- */
+/* --- responses -------------------------------------------------------------------------------------------------- */
 
 /* A stream on its way out. The library may keep it a little longer than the request. */
 struct sending {
@@ -254,8 +251,7 @@ static enum MHD_Result send_response(struct http_request *request)
 	return result;
 }
 
-/* --- requests --------------------------------------------------------------------------------------------------------
- */
+/* --- requests --------------------------------------------------------------------------------------------------- */
 
 static const char *find_header(void *context, const char *name)
 {
@@ -295,8 +291,7 @@ static enum MHD_Result take_head(struct http_request *request, struct MHD_Connec
 	request->phase = PHASE_BODY;
 	snprintf(request->method, sizeof request->method, "%s", method);
 	set_owes(connection, 0);
-	struct api_request head = {
-		.method = request->method, .target = "", .header = find_header, .context = connection};
+	struct api_request head = {request->method, find_header, connection};
 	if (api_exchange_headers(request->exchange, &head) == API_ANSWERED && should_answer_early(request))
 		return send_response(request);
 	return MHD_YES;
@@ -392,8 +387,7 @@ static void log_library(void *context, const char *format, va_list arguments)
 	log_event(LOG_LEVEL_DEBUG, "http", "text=\"%s\"", text);
 }
 
-/* --- the server ------------------------------------------------------------------------------------------------------
- */
+/* --- the server ------------------------------------------------------------------------------------------------- */
 
 static struct MHD_Daemon *start_daemon(struct http_server *server)
 {

@@ -79,7 +79,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	char *body = cut_head(text, &head);
 	struct api_exchange *exchange = body ? api_exchange_new(api, head.target) : NULL;
 	if (exchange) {
-		struct api_request request = {head.method, head.target, find_header, &head};
+		struct api_request request = {head.method, find_header, &head};
 		size_t body_size = body >= text && body <= text + size ? (size_t)(text + size - body) : 0;
 		enum api_state state = api_exchange_headers(exchange, &request);
 		for (size_t at = 0; state == API_READING && at < body_size; at += 64)

@@ -84,7 +84,7 @@ static const char *find_header(void *context, const char *name)
 
 static enum api_state drive(struct fixture *f, const char *method, const char *target, const char *body, size_t size)
 {
-	struct api_request request = {method, target, find_header, f};
+	struct api_request request = {method, find_header, f};
 	f->exchange = api_exchange_new(f->api, target);
 	assert_non_null(f->exchange);
 	enum api_state state = api_exchange_headers(f->exchange, &request);
@@ -160,7 +160,7 @@ static void the_same_mesh_again_is_no_new_job(void **state)
 static void an_early_refusal_reads_no_body(void **state)
 {
 	struct fixture *f = *state;
-	struct api_request request = {"POST", "", find_header, f};
+	struct api_request request = {"POST", find_header, f};
 	set_header(f, "Content-Length", "1048577");
 	f->exchange = api_exchange_new(f->api, "/v1/meshes");
 	assert_int_equal(api_exchange_headers(f->exchange, &request), API_ANSWERED);
@@ -186,7 +186,7 @@ static void an_upload_above_the_limit_leaves_nothing(void **state)
 static void an_unfinished_exchange_can_be_dropped_at_any_time(void **state)
 {
 	struct fixture *f = *state;
-	struct api_request request = {"POST", "", find_header, f};
+	struct api_request request = {"POST", find_header, f};
 	f->exchange = api_exchange_new(f->api, "/v1/meshes");
 	api_exchange_free(f->exchange);
 	f->exchange = api_exchange_new(f->api, "/v1/meshes");

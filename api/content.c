@@ -1,0 +1,77 @@
+/* Stored arrays and artifacts, streamed from the store while they are sent. */
+#include "api/content.h"
+
+#include "api/resource.h"
+#include "api/resource_view.h"
+
+#include <sodium.h>
+#include <stdlib.h>
+
+/* A blob that is read from the store while it is sent. */
+struct blob_stream {
+	struct api_stream stream;
+	struct store *store; /* borrowed: of the thread that sends */
+	int64_t number;
+};
+
+static enum tw_status read_blob(struct api_stream *stream, uint64_t offset, void *bytes, size_t size, size_t *got)
+{
+	const struct blob_stream *blob = (const struct blob_stream *)stream;
+	return blob_read(blob->store, blob->number, offset, bytes, size, got, NULL);
+}
+
+static void close_blob(struct api_stream *stream)
+{
+	free(stream);
+}
+
+static enum tw_status stream_blob(struct api_call *call, const struct blob *blob, const char *media_type,
+				  struct tw_error *error)
+{
+	struct blob_stream *stream = malloc(sizeof *stream);
+	if (!stream)
+		return tw_fail_memory(error);
+	*stream = (struct blob_stream){
+		{.size = blob->size, .read = read_blob, .close = close_blob}, call->store, blob->number};
+	response_stream(&call->response, media_type, &stream->stream);
+	return TW_OK;
+}
+
+/* Results never change once they are there, so a client may keep them; it asks again only whether it still may. */
+static enum tw_status respond_blob(struct api_call *call, const struct blob *blob, struct tw_error *error)
+{
+	const char *media_type = blob->role == BLOB_ARRAY ? "application/octet-stream" : blob->media_type;
+	char etag[33];
+	enum tw_status status = call_check_accept(call, media_type, error);
+	if (status)
+		return status;
+	sodium_bin2hex(etag, sizeof etag, blob->hash, 16);
+	if (call_is_unchanged(call, etag))
+		return TW_OK;
+	if (blob->role == BLOB_ARRAY) {
+		response_header(&call->response, "X-Array-Type", "%s", array_type_name(blob->type));
+		response_header(&call->response, "X-Array-Shape", "%llu, %u", (unsigned long long)blob->rows,
+				blob->columns);
+	}
+	return stream_blob(call, blob, media_type, error);
+}
+
+enum tw_status content_respond(struct api_call *call, enum resource_kind kind, enum blob_role role,
+			       struct tw_error *error)
+{
+	struct resource resource = {0};
+	struct blob blob;
+	const char *name = call->match.parameters[kind == RESOURCE_MOTION ? 2 : 1];
+	enum tw_status status = query_only(&call->query, NULL, error);
+	if (!status)
+		status = resource_find(call, kind, &resource, error);
+	if (!status && resource.job.state != JOB_SUCCEEDED)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "not-computed", NULL,
+				 "this is %s; its results are not there", job_state_name(resource.job.state));
+	if (!status)
+		status = blob_find(call->store, resource.id, role, name, &blob, error);
+	if (!status)
+		status = respond_blob(call, &blob, error);
+	resource_clear(&resource);
+	return status;
+}
