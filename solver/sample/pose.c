@@ -60,7 +60,7 @@ static struct quaternion times(struct quaternion a, struct quaternion b)
 	};
 }
 
-static struct vec3 turned(struct quaternion q, struct vec3 v)
+struct vec3 pose_turned(struct quaternion q, struct vec3 v)
 {
 	struct vec3 axis = {q.x, q.y, q.z}, t = vec3_scale(vec3_cross(axis, v), 2);
 	return vec3_add(vec3_step(v, t, q.w), vec3_cross(axis, t));
@@ -76,8 +76,8 @@ static struct quaternion mirrored(struct quaternion q, int side)
 /* The motion that turns a bone by `turn` about its joint, which its parent carries along. */
 static struct rigid bone_at(struct vec3 joint, const struct rigid *parent, struct quaternion turn)
 {
-	struct vec3 carried = vec3_add(turned(parent->turn, joint), parent->move);
-	return (struct rigid){turn, vec3_sub(carried, turned(turn, joint))};
+	struct vec3 carried = vec3_add(pose_turned(parent->turn, joint), parent->move);
+	return (struct rigid){turn, vec3_sub(carried, pose_turned(turn, joint))};
 }
 
 static struct vec3 joint_of(enum bone bone, int side, struct vec3 scale)

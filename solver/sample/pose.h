@@ -56,6 +56,9 @@ struct rigid {
 /* The motion of every bone from its place in rest, for a wearer scaled by `scale`. */
 void pose_bones(struct rigid bone[BONE_COUNT], const struct pose *pose, struct vec3 scale);
 
+/* v turned by q. */
+struct vec3 pose_turned(struct quaternion q, struct vec3 v);
+
 /* The bone that carries this one; the pelvis is its own. */
 enum bone pose_parent(enum bone bone);
 

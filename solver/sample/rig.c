@@ -1,6 +1,7 @@
-/* Skinning by dual quaternions: L. Kavan, S. Collins, J. Zara, C. O'Sullivan: "Geometric Skinning with Approximate Dual
- * Quaternion Blending", ACM TOG 27(4), 2008. How much a bone moves a vertex is a smooth function of its place in rest,
- * so a finer mesh of the same suit moves just as a coarse one. */
+/* Skinning, between two known ways: dual quaternions (L. Kavan, S. Collins, J. Zara, C. O'Sullivan: "Geometric Skinning
+ * with Approximate Dual Quaternion Blending", ACM TOG 27(4), 2008) and the linear mean of the bones' matrices; then the
+ * cloth slides (slide.h). How much a bone moves a vertex is a smooth function of its place in rest, so a finer mesh of
+ * the same suit moves just as a coarse one. */
 #include "solver/sample/motion.h"
 #include "solver/sample/pose.h"
 #include "solver/sample/sample.h"
@@ -11,6 +12,9 @@
 
 /* Bones that move one vertex; more never matter. */
 enum { INFLUENCES = 6 };
+
+/* How much of the way from bulging to caving in a bent limb goes; see moved. */
+static const double caving = 0.6;
 
 struct influence {
 	float weight[INFLUENCES]; /* sums to 1; 0 where unused; the largest first */
@@ -164,6 +168,12 @@ static struct dual dual_from(const struct rigid *rigid)
 			      -t.x * q.z + t.y * q.w + t.z * q.x, t.x * q.y - t.y * q.x + t.z * q.w}};
 }
 
+/* A bone's motion, ready to move points. */
+struct bone_motion {
+	struct dual dual;
+	struct vec3 column[3], move; /* the same as a matrix */
+};
+
 static double dot4(struct quaternion a, struct quaternion b)
 {
 	return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
@@ -174,13 +184,16 @@ static struct quaternion step4(struct quaternion a, struct quaternion b, double 
 	return (struct quaternion){a.w + s * b.w, a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
 }
 
-static struct vec3 moved(const struct dual bone[BONE_COUNT], const struct influence *influence, struct vec3 p)
+/* The point moved by the blended motion: turns about a blended axis, keeps its distance from it, and so bulges. */
+static struct vec3 moved_as_dual(const struct bone_motion bone[BONE_COUNT], const struct influence *influence,
+				 struct vec3 p)
 {
 	const struct quaternion zero = {0, 0, 0, 0};
 	struct quaternion r = zero, d = zero;
 	for (int i = 0; i < INFLUENCES && influence->weight[i] > 0; i++) {
-		r = step4(r, bone[influence->bone[i]].real, (double)influence->weight[i]);
-		d = step4(d, bone[influence->bone[i]].dual, (double)influence->weight[i]);
+		const struct dual *b = &bone[influence->bone[i]].dual;
+		r = step4(r, b->real, (double)influence->weight[i]);
+		d = step4(d, b->dual, (double)influence->weight[i]);
 	}
 	double size = 1 / sqrt(dot4(r, r));
 	r = step4(zero, r, size);
@@ -192,36 +205,68 @@ static struct vec3 moved(const struct dual bone[BONE_COUNT], const struct influe
 	return vec3_step(vec3_step(p, turn, 2), move, 2);
 }
 
+/* The mean of where the bones would have the point: cuts corners, and so caves in. */
+static struct vec3 moved_as_mean(const struct bone_motion bone[BONE_COUNT], const struct influence *influence,
+				 struct vec3 p)
+{
+	struct vec3 sum = {0, 0, 0};
+	for (int i = 0; i < INFLUENCES && influence->weight[i] > 0; i++) {
+		const struct bone_motion *b = &bone[influence->bone[i]];
+		struct vec3 q = vec3_step(vec3_step(vec3_step(b->move, b->column[0], p.x), b->column[1], p.y),
+					  b->column[2], p.z);
+		sum = vec3_step(sum, q, (double)influence->weight[i]);
+	}
+	return sum;
+}
+
+/* Flesh does something between the two. */
+static struct vec3 moved(const struct bone_motion bone[BONE_COUNT], const struct influence *influence, struct vec3 p)
+{
+	struct vec3 bulged = moved_as_dual(bone, influence, p), caved = moved_as_mean(bone, influence, p);
+	return vec3_step(bulged, vec3_sub(caved, bulged), caving);
+}
+
 /* A turn and its negative are the same turn, but blend differently: each bone takes the one nearer to its parent's, so
  * that the choice never changes from one vertex to the next. Parents come before their children. */
-static void align_to_parents(struct dual bone[BONE_COUNT])
+static void align_to_parents(struct bone_motion bone[BONE_COUNT])
 {
 	for (int b = BONE_LUMBAR; b < BONE_COUNT; b++) {
-		enum bone parent = pose_parent((enum bone)b);
-		if (dot4(bone[b].real, bone[parent].real) >= 0)
+		struct dual *own = &bone[b].dual;
+		if (dot4(own->real, bone[pose_parent((enum bone)b)].dual.real) >= 0)
 			continue;
-		bone[b].real = step4((struct quaternion){0, 0, 0, 0}, bone[b].real, -1);
-		bone[b].dual = step4((struct quaternion){0, 0, 0, 0}, bone[b].dual, -1);
+		own->real = step4((struct quaternion){0, 0, 0, 0}, own->real, -1);
+		own->dual = step4((struct quaternion){0, 0, 0, 0}, own->dual, -1);
 	}
+}
+
+static void bones_ready(struct bone_motion bone[BONE_COUNT], const struct rigid rigid[BONE_COUNT])
+{
+	for (int b = 0; b < BONE_COUNT; b++) {
+		struct quaternion q = rigid[b].turn;
+		bone[b].dual = dual_from(&rigid[b]);
+		bone[b].move = rigid[b].move;
+		bone[b].column[0] = pose_turned(q, (struct vec3){1, 0, 0});
+		bone[b].column[1] = pose_turned(q, (struct vec3){0, 1, 0});
+		bone[b].column[2] = pose_turned(q, (struct vec3){0, 0, 1});
+	}
+	align_to_parents(bone);
 }
 
 void sample_rig_pose(struct sample_rig *rig, uint32_t motion, uint32_t frame, float *position)
 {
 	struct pose pose;
-	struct rigid bone[BONE_COUNT];
-	struct dual dual[BONE_COUNT];
+	struct rigid rigid[BONE_COUNT];
+	struct bone_motion bone[BONE_COUNT];
 	uint32_t net_count;
 	const struct vec3 *net = slide_rest(rig->slide, &net_count);
 	motion_pose(&pose, motion, frame);
-	pose_bones(bone, &pose, rig->scale);
-	for (int b = 0; b < BONE_COUNT; b++)
-		dual[b] = dual_from(&bone[b]);
-	align_to_parents(dual);
+	pose_bones(rigid, &pose, rig->scale);
+	bones_ready(bone, rigid);
 	for (uint32_t v = 0; v < net_count; v++)
-		rig->net_posed[v] = moved(dual, &rig->net_influence[v], net[v]);
+		rig->net_posed[v] = moved(bone, &rig->net_influence[v], net[v]);
 	slide_relax(rig->slide, rig->net_posed);
 	for (uint32_t v = 0; v < rig->vertex_count; v++) {
-		struct vec3 q = vec3_add(moved(dual, &rig->influence[v], rest_of(rig, v)), slide_shift(rig->slide, v));
+		struct vec3 q = vec3_add(moved(bone, &rig->influence[v], rest_of(rig, v)), slide_shift(rig->slide, v));
 		position[3 * (size_t)v] = (float)q.x;
 		position[3 * (size_t)v + 1] = (float)q.y;
 		position[3 * (size_t)v + 2] = (float)q.z;

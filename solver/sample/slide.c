@@ -1,7 +1,8 @@
 /* The net's edges are springs of their rest length. In each round every vertex moves to the mean of the places where
- * its springs would have it, but only along the skin (the tangent plane of the posed net); hems stay. A fixed number of
- * rounds lets a stretch spread over some five edges, as far as friction would allow. A carried vertex takes the mean of
- * the net vertices around it on its side of the body, weighted by a smooth bell. */
+ * its springs would have it: freely along the skin (the tangent plane of the posed net), inwards as far as flesh gives
+ * way, never outwards; hems stay. A fixed number of rounds lets a stretch spread over some eight edges, as far as
+ * friction would allow. A carried vertex takes the mean of the net vertices around it on its side of the body, weighted
+ * by a smooth bell. */
 #include "solver/sample/slide.h"
 
 #include "solver/sample/half.h"
@@ -16,7 +17,7 @@ static const double bell_radius = 56;
 
 /* Flesh gives way to tight cloth: the share of an inward wish that it grants, and the share of the depth that it takes
  * back in a round. It never lets the cloth off. */
-static const double flesh_softness = 0.85, flesh_return = 0.0225;
+static const double flesh_softness = 1, flesh_return = 0.012;
 
 struct spring {
 	uint32_t end[2];
