@@ -13,8 +13,12 @@
 
 #include <string.h>
 
-/* The share of the shorter leg at which the two corners of a split one stand from it. */
-static const double split_share = 0.4;
+/* How boldly a strand is drawn: how much of the tolerance its corners may be cut by, and at which share of the shorter
+ * leg the two corners of a split one stand from it. Where a bold curve leaves its piece, a shyer one is tried. */
+static const struct manner {
+	double tolerance, split_share;
+} manners[] = {{1, 0.4}, {0.5, 0.4}, {0.5, 0.2}, {0.25, 0.4}, {0.25, 0.15}};
+enum { MANNERS = sizeof manners / sizeof *manners };
 
 struct smoother {
 	struct wire_set *wires;
@@ -183,8 +187,8 @@ static bool leg_allowed(void *context, uint32_t i, uint32_t j)
 }
 
 /* The corner at `kept[k]`, split in two where the curve must pass through it. */
-static uint32_t make_corners(const struct draft *draft, const uint32_t *kept, uint32_t kept_count,
-			     struct corner *corner)
+static uint32_t make_corners(const struct draft *draft, const struct manner *manner, const uint32_t *kept,
+			     uint32_t kept_count, struct corner *corner)
 {
 	const struct unfolded *path = &draft->path;
 	uint32_t made = 0;
@@ -202,8 +206,8 @@ static uint32_t make_corners(const struct draft *draft, const uint32_t *kept, ui
 		double shorter = vec2_length(in) < vec2_length(out) ? vec2_length(in) : vec2_length(out);
 		struct vec2 through = vec2_unit(vec2_add(vec2_unit(in), vec2_unit(out)));
 		/* The new corners stray from the legs by the sine of half the turn. */
-		double sine = fabs(vec2_cross(vec2_unit(in), through)), share = split_share * shorter;
-		double reach = sine > 0 ? draft->smoother->rules->tolerance_mm / sine : share;
+		double sine = fabs(vec2_cross(vec2_unit(in), through)), share = manner->split_share * shorter;
+		double reach = sine > 0 ? manner->tolerance * draft->smoother->rules->tolerance_mm / sine : share;
 		reach = reach < share ? reach : share;
 		corner[made++] = (struct corner){.at = vec2_along(at, through, -reach), .run = in_run};
 		corner[made++] = (struct corner){.at = at, .run = out_run, .fixed = true};
@@ -212,12 +216,60 @@ static uint32_t make_corners(const struct draft *draft, const uint32_t *kept, ui
 	return made;
 }
 
+/* How badly a curve breaks the rules: millimetres off its piece and short of the smallest radius, summed. */
+static double badness(const struct draft *draft, const struct span *span, uint32_t count)
+{
+	const struct smoother *smoother = draft->smoother;
+	const uint8_t *keep_out = smoother->rules->face_keep_out;
+	double sum = 0;
+	for (uint32_t s = 0; s < count; s++) {
+		const struct run *run = &draft->path.run[span[s].piece];
+		double lack = span_is_arc(&span[s]) ? smoother->rules->minimum_radius_mm - span[s].radius : 0, off = 0;
+		uint32_t steps = (uint32_t)(span_length(&span[s]) / 3) + 2;
+		for (uint32_t i = 1; i < steps; i++) {
+			struct place place;
+			locator_find(smoother->locator, run->piece,
+				     placement_undo(run->placement, span_point(&span[s], (double)i / steps)), &place);
+			double here = place.distance + (keep_out && keep_out[place.face] ? 1 : 0);
+			off = here > off ? here : off;
+		}
+		sum += (lack > 1e-6 ? lack : 0) + (off > 0.1 ? off : 0);
+	}
+	return sum;
+}
+
+/* Rounds the straightened path in the first manner that breaks no rule, else in that which breaks them least. */
+static enum tw_status round_corners(struct draft *draft, const uint32_t *kept, uint32_t kept_count,
+				    struct tw_error *error)
+{
+	const struct smoother *smoother = draft->smoother;
+	struct corner *corner = ARENA_ARRAY(smoother->arena, 3 * (size_t)kept_count, struct corner);
+	if (!corner)
+		return tw_fail_memory(error);
+	double least = INFINITY;
+	for (uint32_t m = 0; m < MANNERS && least > 0; m++) {
+		struct span *span;
+		uint32_t span_count, corners = make_corners(draft, &manners[m], kept, kept_count, corner);
+		enum tw_status status = curve_fillet(corner, corners, smoother->rules->minimum_radius_mm,
+						     manners[m].tolerance * smoother->rules->tolerance_mm,
+						     smoother->arena, &span, &span_count, error);
+		if (status)
+			return status;
+		double bad = badness(draft, span, span_count);
+		if (bad >= least)
+			continue;
+		least = bad;
+		draft->span = span;
+		draft->span_count = span_count;
+	}
+	return TW_OK;
+}
+
 static enum tw_status draw(struct draft *draft, struct tw_error *error)
 {
 	const struct smoother *smoother = draft->smoother;
 	uint32_t *kept = ARENA_ARRAY(smoother->arena, draft->path.count, uint32_t), kept_count;
-	struct corner *corner = ARENA_ARRAY(smoother->arena, 3 * (size_t)draft->path.count, struct corner);
-	if (!kept || !corner)
+	if (!kept)
 		return tw_fail_memory(error);
 	struct corridor corridor = {
 		.point = draft->path.point,
@@ -231,11 +283,7 @@ static enum tw_status draw(struct draft *draft, struct tw_error *error)
 		.context = draft,
 	};
 	enum tw_status status = corridor_straighten(&corridor, smoother->arena, kept, &kept_count, error);
-	if (status)
-		return status;
-	uint32_t corners = make_corners(draft, kept, kept_count, corner);
-	return curve_fillet(corner, corners, smoother->rules->minimum_radius_mm, smoother->rules->tolerance_mm,
-			    smoother->arena, &draft->span, &draft->span_count, error);
+	return status ? status : round_corners(draft, kept, kept_count, error);
 }
 
 /* The place on the strand's curve that is nearest to a point, at or behind (*span, *t). */
