@@ -9,6 +9,7 @@
 
 #include "solver/curve/corridor.h"
 #include "solver/curve/fillet.h"
+#include "solver/layout/crossings.h"
 #include "solver/layout/unfold.h"
 
 #include <string.h>
@@ -76,6 +77,24 @@ static void find_stops(struct draft *draft)
 {
 	for (uint32_t i = 0; i < draft->path.count; i++)
 		draft->stop[i] = draft->path.crossing[i] || i == 0 || i + 1 == draft->path.count;
+}
+
+/* Crossings at junctions stay where they are, because other strands meet there. */
+static enum tw_status slide_crossings(struct draft *draft, struct tw_error *error)
+{
+	const struct smoother *smoother = draft->smoother;
+	bool *pinned = ARENA_ZEROED(smoother->arena, draft->path.count, bool);
+	if (!pinned)
+		return tw_fail_memory(error);
+	uint32_t node = draft->extended_first;
+	for (uint32_t i = 0; i + 1 < draft->strand->count; i++) {
+		node += smoother->set->branch[smoother->set->step[draft->strand->first + i].branch].edge_count;
+		pinned[node] = true;
+	}
+	const struct crossing_rules rules = {.reach_mm = 2 * smoother->rules->tolerance_mm,
+					     .clearance_mm = smoother->rules->clearance_mm};
+	crossings_slide(&draft->path, smoother->network, smoother->outline, pinned, &rules);
+	return TW_OK;
 }
 
 static void find_rates(struct draft *draft)
@@ -412,6 +431,9 @@ static enum tw_status smooth_strand(struct smoother *smoother, const struct stra
 	if (!draft.stop || !draft.rate || !draft.depth || !leeway)
 		return tw_fail_memory(error);
 	find_stops(&draft);
+	status = slide_crossings(&draft, error);
+	if (status)
+		return status;
 	find_rates(&draft);
 	keep_clear(&draft, leeway);
 	status = draw(&draft, error);
