@@ -89,8 +89,8 @@ static enum tw_status renumber(struct draft *draft, uint32_t *parent)
 		return tw_fail_memory(draft->error);
 	uint32_t kept = 0;
 	for (uint32_t v = 0; v < garment->vertex_count; v++) {
-		uint32_t root = find_root(parent, v);
-		if (root != v)
+		parent[v] = find_root(parent, v);
+		if (parent[v] != v)
 			continue;
 		memmove(garment->position + 3 * (size_t)kept, garment->position + 3 * (size_t)v, 3 * sizeof(double));
 		for (size_t k = 0; k < 3; k++)
@@ -101,7 +101,7 @@ static enum tw_status renumber(struct draft *draft, uint32_t *parent)
 	/* Roots are lower than the rest, so a root's new number stands before anybody asks for it. */
 	uint32_t next = 0;
 	for (uint32_t v = 0; v < garment->vertex_count; v++)
-		parent[v] = parent[v] == v ? next++ : parent[find_root(parent, v)];
+		parent[v] = parent[v] == v ? next++ : parent[parent[v]];
 	garment->vertex_count = kept;
 	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++)
 		garment->face_vertex[i] = parent[garment->face_vertex[i]];

@@ -133,7 +133,7 @@ enum tw_status motion_packer_add(struct motion_packer *packer, const float *posi
 	for (size_t i = 0; i < count; i++) {
 		uint32_t place = (uint32_t)lrintf(positions[i] * GRID_PER_MM);
 		uint32_t residual = place - predict(packing, grid, i);
-		uint32_t folded = residual << 1 ^ (uint32_t)((int32_t)residual >> 31);
+		uint32_t folded = residual << 1 ^ (0 - (residual >> 31));
 		grid[i] = place;
 		for (size_t plane = 0; plane < 4; plane++)
 			packing->planes[plane * count + i] = (unsigned char)(folded >> 8 * plane);
