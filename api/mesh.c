@@ -3,6 +3,7 @@
 #include "api/handlers.h"
 #include "api/resource.h"
 #include "solver/garment/options.h"
+#include "solver/motion/options.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -10,23 +11,23 @@
 const char *const mesh_parts[] = {"worn", "pattern", NULL};
 const char *const motion_parts[] = {"motion", NULL};
 
-/* Every query parameter but `name` is an import option. */
-static enum tw_status parse_import_options(const struct api_call *call, char **options, struct tw_error *error)
+/* Every query parameter but `name` is an option of the table; `values` is the struct that it describes. */
+static enum tw_status parse_options(const struct api_call *call, const struct option_table *table, void *values,
+				    char **options, struct tw_error *error)
 {
-	struct import_options values;
-	option_defaults(&import_option_table, &values);
+	option_defaults(table, values);
 	for (size_t i = 0; i < call->query.pair_count; i++) {
 		const struct query_pair *pair = &call->query.pairs[i];
 		if (!strcmp(pair->name, "name"))
 			continue;
-		enum tw_status status = option_from_text(&import_option_table, &values, pair->name, pair->value, error);
+		enum tw_status status = option_from_text(table, values, pair->name, pair->value, error);
 		if (status == TW_ERROR_NOT_FOUND)
 			return tw_fail(error, TW_ERROR_INPUT, "unknown-parameter", pair->name,
 				       "there is no import option of this name; see /openapi.yaml");
 		if (status)
 			return status;
 	}
-	json_t *json = option_to_json(&import_option_table, &values);
+	json_t *json = option_to_json(table, values);
 	*options = json ? json_dumps(json, JSON_COMPACT) : NULL;
 	json_decref(json);
 	return *options ? TW_OK : tw_fail_memory(error);
@@ -53,7 +54,8 @@ enum tw_status post_mesh(struct api_call *call, struct tw_error *error)
 {
 	char *options = NULL;
 	const char *uploads[BODY_UPLOADS_MAX];
-	enum tw_status status = parse_import_options(call, &options, error);
+	struct import_options values;
+	enum tw_status status = parse_options(call, &import_option_table, &values, &options, error);
 	struct resource_draft draft = {.kind = RESOURCE_MESH, .options = options};
 	draft_uploads(call, &draft, uploads);
 	if (!status)
@@ -92,15 +94,19 @@ static enum tw_status check_mesh_exists(struct api_call *call, struct tw_error *
 
 enum tw_status post_motion(struct api_call *call, struct tw_error *error)
 {
-	static const char *const known[] = {"name", NULL};
+	char *options = NULL;
 	const char *uploads[BODY_UPLOADS_MAX];
 	const char *needs[] = {call->match.parameters[0]};
-	struct resource_draft draft = {.kind = RESOURCE_MOTION, .needs = needs, .need_count = 1};
+	struct motion_options values;
+	enum tw_status status = parse_options(call, &motion_option_table, &values, &options, error);
+	struct resource_draft draft = {.kind = RESOURCE_MOTION, .options = options, .needs = needs, .need_count = 1};
 	draft_uploads(call, &draft, uploads);
-	enum tw_status status = query_only(&call->query, known, error);
 	if (!status)
 		status = check_mesh_exists(call, error);
-	return status ? status : resource_respond_create(call, &draft, error);
+	if (!status)
+		status = resource_respond_create(call, &draft, error);
+	free(options);
+	return status;
 }
 
 enum tw_status list_motions(struct api_call *call, struct tw_error *error)

@@ -1,5 +1,5 @@
 /* The job that makes a layout: the field and the request to the solver, its artifacts back. */
-#include "service/blob_source.h"
+#include "service/motion_source.h"
 #include "service/work.h"
 #include "solver/layout/layout.h"
 
@@ -37,14 +37,25 @@ static int is_cancelled(void *context)
 static enum tw_status open_motion(void *context, uint32_t motion, struct motion_reader **reader, struct tw_error *error)
 {
 	struct layout_work *layout = context;
-	struct byte_source stream;
 	blob_source_clear(&layout->source);
-	enum tw_status status = blob_source_init(&layout->source, layout->work->store, layout->motion_ids[motion],
-						 "motion", &stream, error);
-	if (status != TW_OK)
-		return status;
-	return motion_open(reader, &stream, MOTION_SNIFF, (enum length_unit)layout->mesh->options.unit,
-			   garment_source_count(&layout->mesh->garment), error);
+	return motion_source_open(reader, &layout->source, layout->work->store, layout->mesh,
+				  layout->motion_ids[motion], error);
+}
+
+/* Motions of which no frames were kept have shaped the field, but cannot show how the wires stretch. */
+static enum tw_status leave_out_motions_without_frames(struct layout_work *layout, struct tw_error *error)
+{
+	size_t kept = 0;
+	for (size_t i = 0; i < layout->motion_count; i++) {
+		bool has = false;
+		enum tw_status status = motion_has_frames(layout->work->store, layout->motion_ids[i], &has, error);
+		if (status != TW_OK)
+			return status;
+		if (has)
+			memmove(layout->motion_ids[kept++], layout->motion_ids[i], STORE_ID_SIZE);
+	}
+	layout->motion_count = kept;
+	return TW_OK;
 }
 
 static enum tw_status read_motion_names(struct layout_work *layout, struct tw_error *error)
@@ -163,6 +174,8 @@ static enum tw_status load(struct layout_work *layout, const struct cached_field
 		status = resource_needs(work->store, fields[0], RESOURCE_MOTION, &layout->motion_ids,
 					&layout->motion_count, error);
 	free(fields);
+	if (status == TW_OK)
+		status = leave_out_motions_without_frames(layout, error);
 	return status == TW_OK ? read_motion_names(layout, error) : status;
 }
 

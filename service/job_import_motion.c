@@ -1,6 +1,12 @@
 /* The job that makes a motion: reads every frame once, checks it, and keeps the mean strain densities of the three
- * energy models, so that a field of any set of motions needs no frames. The frames themselves stay in the upload. */
+ * energy models, so that a field of any set of motions needs no frames. The frames stay as they came, or packed, or not
+ * at all, as the options say. */
 #include "service/motion_means.h"
+#include "service/motion_source.h"
+#include "solver/motion/options.h"
+#include "solver/motion/pack.h"
+
+#include <string.h>
 
 static double largest(const double *values, uint32_t count)
 {
@@ -28,6 +34,70 @@ static json_t *show_motion(const struct motion_info *info, double *const *mean, 
 			 "largest_density_mpa", largest(stvk, face_count));
 }
 
+/* Where packed frames go: an upload of our own, because they may be larger than memory. */
+struct packing {
+	struct work *work;
+	struct upload *upload;
+};
+
+static enum tw_status write_packed(void *context, const void *bytes, size_t size, struct tw_error *error)
+{
+	struct packing *packing = context;
+	if (work_is_stopped(packing->work))
+		return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the job was asked to stop");
+	return upload_write(packing->upload, bytes, size, error);
+}
+
+static enum tw_status pack(struct packing *packing, const struct cached_mesh *mesh, struct tw_error *error)
+{
+	struct work *work = packing->work;
+	struct blob_source source;
+	struct motion_reader *reader = NULL;
+	uint32_t frames = 0;
+	enum tw_status status = motion_source_open(&reader, &source, work->store, mesh, work->resource->id, error);
+	if (status == TW_OK)
+		status = motion_pack(reader, write_packed, packing, &frames, error);
+	if (status == TW_OK)
+		status = upload_seal(packing->upload, error);
+	motion_close(reader);
+	blob_source_clear(&source);
+	return status;
+}
+
+/* The result takes the packed frames over. Where the job fails, the store's sweep removes them. */
+static enum tw_status keep_packed(struct work *work, const struct cached_mesh *mesh, struct tw_error *error)
+{
+	struct packing packing = {.work = work};
+	char *id = ARENA_ARRAY(work->arena, STORE_ID_SIZE, char);
+	if (!id)
+		return tw_fail_memory(error);
+	enum tw_status status = work_step(work, 0.8, "packing", error);
+	if (status == TW_OK)
+		status = upload_begin(&packing.upload, work->store, "frames", "", "application/octet-stream",
+				      TW_LIMIT_UPLOAD_BYTES, error);
+	if (status == TW_OK)
+		status = pack(&packing, mesh, error);
+	if (status == TW_OK) {
+		memcpy(id, upload_id(packing.upload), STORE_ID_SIZE);
+		work->result.upload = id;
+		work->result.dropped_part = "motion";
+	}
+	upload_free(packing.upload);
+	return status;
+}
+
+static enum tw_status keep_frames(struct work *work, const struct cached_mesh *mesh, struct tw_error *error)
+{
+	struct motion_options options;
+	enum tw_status status = cache_read_options(&motion_option_table, &options, work->resource->options, error);
+	if (status != TW_OK || options.frames == FRAMES_UPLOAD)
+		return status;
+	if (options.frames == FRAMES_PACKED)
+		return keep_packed(work, mesh, error);
+	work->result.dropped_part = "motion";
+	return TW_OK;
+}
+
 enum tw_status job_import_motion(struct work *work, struct tw_error *error)
 {
 	char mesh_id[STORE_ID_SIZE];
@@ -40,7 +110,9 @@ enum tw_status job_import_motion(struct work *work, struct tw_error *error)
 	if (status == TW_OK)
 		status = cache_mesh(work->cache, work->store, mesh_id, &mesh, error);
 	if (status == TW_OK)
-		status = motion_means(work, mesh, work->resource->id, &options, 0, 1, mean, &info, error);
+		status = motion_means(work, mesh, work->resource->id, &options, 0, 0.8, mean, &info, error);
+	if (status == TW_OK)
+		status = keep_frames(work, mesh, error);
 	if (status != TW_OK)
 		return status;
 	struct tw_array *arrays = ARENA_ARRAY(work->arena, STRAIN_MODELS, struct tw_array);

@@ -1,7 +1,7 @@
 /* A motion, streamed from its upload, into mean strain densities. */
 #include "service/motion_means.h"
 
-#include "service/blob_source.h"
+#include "service/motion_source.h"
 
 const char *const motion_mean_names[STRAIN_MODELS] = {"mean_stvk", "mean_printed", "mean_tension"};
 
@@ -20,38 +20,26 @@ static int tell_frames(void *context, uint32_t frames_done)
 	return work_is_stopped(share->work);
 }
 
-static enum tw_status stream_means(struct work *work, const struct cached_mesh *mesh, const struct byte_source *stream,
-				   const struct field_options *options, struct share *share, double **mean,
-				   struct motion_info *info, struct tw_error *error)
-{
-	struct motion_reader *reader = NULL;
-	enum tw_status status = motion_open(&reader, stream, MOTION_SNIFF, (enum length_unit)mesh->options.unit,
-					    garment_source_count(&mesh->garment), error);
-	if (status != TW_OK)
-		return status;
-	*info = *motion_info(reader);
-	share->frame_count = info->frame_count;
-	status = means_of_motion(mean, &info->frame_count, work->arena, &mesh->garment, reader, options, tell_frames,
-				 share, error);
-	motion_close(reader);
-	return status;
-}
-
 enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 			    const struct field_options *options, double share_from, double share_to,
 			    double *mean[STRAIN_MODELS], struct motion_info *info, struct tw_error *error)
 {
 	struct blob_source source;
-	struct byte_source stream;
+	struct motion_reader *reader = NULL;
 	struct share share = {.work = work, .from = share_from, .to = share_to};
 	for (int model = 0; model < STRAIN_MODELS; model++) {
 		mean[model] = ARENA_ARRAY(work->arena, mesh->garment.face_count, double);
 		if (!mean[model])
 			return tw_fail_memory(error);
 	}
-	enum tw_status status = blob_source_init(&source, work->store, motion_id, "motion", &stream, error);
-	if (status == TW_OK)
-		status = stream_means(work, mesh, &stream, options, &share, mean, info, error);
+	enum tw_status status = motion_source_open(&reader, &source, work->store, mesh, motion_id, error);
+	if (status == TW_OK) {
+		*info = *motion_info(reader);
+		share.frame_count = info->frame_count;
+		status = means_of_motion(mean, &info->frame_count, work->arena, &mesh->garment, reader, options,
+					 tell_frames, &share, error);
+	}
+	motion_close(reader);
 	blob_source_clear(&source);
 	return status;
 }

@@ -12,7 +12,7 @@
 #define BLOB_NAME_SIZE 128
 
 enum blob_role {
-	BLOB_UPLOAD,   /* name: the part, "worn" "pattern" "motion"; media_type: as the client said */
+	BLOB_UPLOAD,   /* name: the part, "worn" "pattern" "motion" "frames"; media_type: as the client said */
 	BLOB_ARRAY,    /* name: the array's; with type, columns and rows */
 	BLOB_ARTIFACT, /* name: the file's, "pattern.svg" */
 };

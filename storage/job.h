@@ -157,6 +157,9 @@ struct job_result {
 	size_t array_count;
 	const struct job_artifact *artifacts;
 	size_t artifact_count;
+	const char
+		*upload; /* id of a sealed upload that the resource takes over: what is too large for memory; or NULL */
+	const char *dropped_part; /* of its uploads, what is not needed any more; or NULL */
 };
 
 /* Writes the result and ends the job, in one durable transaction; wakes what waited for it. TW_ERROR_CONFLICT

@@ -181,6 +181,29 @@ static enum tw_status write_summary(struct store *store, int64_t resource, const
 	return sql_run(&q, NULL, error);
 }
 
+static enum tw_status take_upload(struct store *store, int64_t resource, const char *upload, struct tw_error *error)
+{
+	int64_t taken = 0;
+	struct sql q = sql_query(store, "UPDATE blob SET resource = ? WHERE upload = ? AND resource IS NULL"
+					" AND hash IS NOT NULL");
+	sql_bind_int(&q, resource);
+	sql_bind_text(&q, upload);
+	enum tw_status status = sql_run(&q, &taken, error);
+	if (status == TW_OK && taken != 1)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-upload", NULL, "there is no complete upload %.64s",
+				 upload);
+	return status;
+}
+
+static enum tw_status drop_upload(struct store *store, int64_t resource, const char *part, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "DELETE FROM blob WHERE resource = ? AND role = ? AND name = ?");
+	sql_bind_int(&q, resource);
+	sql_bind_int(&q, BLOB_UPLOAD);
+	sql_bind_text(&q, part);
+	return sql_run(&q, NULL, error);
+}
+
 static enum tw_status write_result(struct store *store, int64_t resource, const struct job_result *result,
 				   struct tw_error *error)
 {
@@ -189,6 +212,10 @@ static enum tw_status write_result(struct store *store, int64_t resource, const 
 		status = write_array(store, resource, &result->arrays[i], error);
 	for (size_t i = 0; status == TW_OK && i < result->artifact_count; i++)
 		status = write_artifact(store, resource, &result->artifacts[i], error);
+	if (status == TW_OK && result->dropped_part)
+		status = drop_upload(store, resource, result->dropped_part, error);
+	if (status == TW_OK && result->upload)
+		status = take_upload(store, resource, result->upload, error);
 	return status;
 }
 

@@ -4,6 +4,7 @@
 #include "solver/field/options.h"
 #include "solver/garment/options.h"
 #include "solver/layout/options.h"
+#include "solver/motion/options.h"
 
 #include <math.h>
 
@@ -49,6 +50,7 @@ int main(void)
 {
 	json_t *options = json_object(), *contract = json_object();
 	json_object_set_new(options, "ImportOptions", show_table(&import_option_table));
+	json_object_set_new(options, "MotionOptions", show_table(&motion_option_table));
 	json_object_set_new(options, "FieldOptions", show_table(&field_option_table));
 	json_object_set_new(options, "LayoutOptions", show_table(&layout_option_table));
 	json_object_set_new(options, "RecordingOptions", show_table(&recording_option_table));

@@ -148,7 +148,8 @@ static void create_square(struct fixture *f, char id[STORE_ID_SIZE])
 	free(obj);
 }
 
-static void create_motion(struct fixture *f, const char *mesh, uint32_t frames, char id[STORE_ID_SIZE])
+static void create_motion_kept(struct fixture *f, const char *mesh, uint32_t frames, const char *options,
+			       char id[STORE_ID_SIZE])
 {
 	char upload[STORE_ID_SIZE];
 	const char *uploads[] = {upload}, *needs[] = {mesh};
@@ -156,11 +157,17 @@ static void create_motion(struct fixture *f, const char *mesh, uint32_t frames, 
 	create(f,
 	       (struct resource_draft){.kind = RESOURCE_MOTION,
 				       .name = "pull",
+				       .options = options,
 				       .needs = needs,
 				       .need_count = 1,
 				       .uploads = uploads,
 				       .upload_count = 1},
 	       id);
+}
+
+static void create_motion(struct fixture *f, const char *mesh, uint32_t frames, char id[STORE_ID_SIZE])
+{
+	create_motion_kept(f, mesh, frames, "{}", id);
 }
 
 /* --- claims ---------------------------------------------------------------------------------------------------------
@@ -208,6 +215,67 @@ static void an_order_goes_all_the_way(void **state)
 	assert_int_equal(
 		fixture_ask(f, "SELECT json_extract(summary, '$.outcome') = 'optimal' FROM resource WHERE kind = 3"),
 		1);
+}
+
+static int64_t bytes_kept(struct fixture *f, const char *motion, const char *part)
+{
+	char sql[256];
+	snprintf(sql, sizeof sql,
+		 "SELECT coalesce(sum(b.size), 0) FROM blob b JOIN resource r ON r.number = b.resource"
+		 " WHERE b.role = 0 AND r.id = '%s' AND b.name = '%s'",
+		 motion, part);
+	return fixture_ask(f, sql);
+}
+
+/* Of three equal motions one is kept as it came, one packed, one not at all: the same means; a layout has elongation
+ * where there are frames; a field against the worn suit needs them. */
+static void frames_are_kept_as_asked(void **state)
+{
+	struct fixture *f = *state;
+	static const char *const options[] = {"{\"frames\":\"upload\"}", "{\"frames\":\"packed\"}",
+					      "{\"frames\":\"none\"}"};
+	char mesh[STORE_ID_SIZE], motion[3][STORE_ID_SIZE], field[6][STORE_ID_SIZE], layout[3][STORE_ID_SIZE];
+	create_square(f, mesh);
+	for (int k = 0; k < 3; k++) {
+		const char *field_needs[] = {mesh, motion[k]}, *layout_needs[] = {field[k]};
+		create_motion_kept(f, mesh, 32, options[k], motion[k]);
+		create(f, (struct resource_draft){.kind = RESOURCE_FIELD, .needs = field_needs, .need_count = 2},
+		       field[k]);
+		create(f,
+		       (struct resource_draft){.kind = RESOURCE_FIELD,
+					       .options = "{\"reference\":\"worn\"}",
+					       .needs = field_needs,
+					       .need_count = 2},
+		       field[3 + k]);
+		create(f,
+		       (struct resource_draft){.kind = RESOURCE_LAYOUT,
+					       .options = "{\"terminals\":[{\"vertex\":0},{\"vertex\":40}]}",
+					       .needs = layout_needs,
+					       .need_count = 1},
+		       layout[k]);
+	}
+	pid_t worker = start_worker(f, "w", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state > 1", 13);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	assert_true(bytes_kept(f, motion[0], "motion") > 32 * 12 * (GRID + 1) * (GRID + 1));
+	assert_int_equal(bytes_kept(f, motion[0], "frames"), 0);
+	assert_int_equal(bytes_kept(f, motion[1], "motion"), 0);
+	assert_true(bytes_kept(f, motion[1], "frames") > 0);
+	assert_true(bytes_kept(f, motion[1], "frames") < bytes_kept(f, motion[0], "motion") / 4);
+	assert_int_equal(bytes_kept(f, motion[2], "motion") + bytes_kept(f, motion[2], "frames"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob WHERE resource IS NULL"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(DISTINCT hash) FROM blob WHERE name = 'mean_stvk'"), 1);
+	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field[3]), JOB_SUCCEEDED);
+	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field[4]), JOB_SUCCEEDED);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE failure_type = 'motion-without-frames'"), 1);
+	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field[5]), JOB_FAILED);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM resource WHERE kind = 3"
+					" AND json_extract(summary, '$.elongation_max') > 0.03"),
+			 2);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM resource WHERE kind = 3 AND summary IS NOT NULL"
+					" AND json_extract(summary, '$.elongation_max') IS NULL"),
+			 1);
+	fixture_is_sound(f);
 }
 
 static void a_bad_file_fails_at_once_with_its_place(void **state)
@@ -369,6 +437,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		WORKER_TEST(an_order_goes_all_the_way),
+		WORKER_TEST(frames_are_kept_as_asked),
 		WORKER_TEST(a_bad_file_fails_at_once_with_its_place),
 		WORKER_TEST(a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives),
 		WORKER_TEST(a_killed_workers_job_is_done_by_another),
