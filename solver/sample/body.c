@@ -206,9 +206,9 @@ static double smooth_min(double a, double b, double reach)
 
 static double bump_height(const struct bump *bump, struct vec3 p)
 {
-	double y = (p.y - bump->centre.y) / bump->radius.y;
-	if (fabs(y) >= 1)
+	if (fabs(p.y - bump->centre.y) >= bump->radius.y)
 		return 0;
+	double y = (p.y - bump->centre.y) / bump->radius.y;
 	double x = (p.x - bump->centre.x) / bump->radius.x;
 	double z = (p.z - bump->centre.z) / bump->radius.z;
 	double rest = 1 - x * x - y * y - z * z;
@@ -351,14 +351,15 @@ struct vec3 body_project(const struct body *body, unsigned cuts, struct vec3 p)
 			worst = fabs(value[n]) > worst ? fabs(value[n]) : worst;
 			n++;
 		}
-		if (worst < 1e-6)
-			break;
 		for (int i = 0; i < n; i++)
 			for (int j = 0; j < n; j++)
 				product[i][j] = vec3_dot(slope[i], slope[j]);
 		solve_small(n, product, value);
 		for (int i = 0; i < n; i++)
 			p = vec3_step(p, slope[i], -value[i]);
+		/* The error is squared in every round: this one has made it too small to see. */
+		if (worst < 1e-3)
+			break;
 	}
 	if (cuts & 1u << CUT_CENTRE)
 		p.x = 0;
