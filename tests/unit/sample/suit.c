@@ -422,6 +422,16 @@ static void refuses_other_sizes(void **state)
 	arena_free(arena);
 }
 
+static void says_so_when_memory_is_out(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(100000);
+	struct garment g;
+	struct tw_error error;
+	assert_int_equal(sample_garment(&g, arena, 3000, SAMPLE_L, &error), TW_ERROR_MEMORY);
+	arena_free(arena);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -439,6 +449,7 @@ int main(void)
 		cmocka_unit_test(numbers_are_in_tenths_of_a_micrometre),
 		cmocka_unit_test(subdivides_beyond_thirty_thousand_vertices),
 		cmocka_unit_test(refuses_other_sizes),
+		cmocka_unit_test(says_so_when_memory_is_out),
 	};
 	return cmocka_run_group_tests(tests, setup, teardown);
 }
