@@ -47,7 +47,7 @@ static enum tw_status try_eta(const struct balance *balance, double eta, struct 
 	struct steiner_tree tree;
 	enum tw_status status = pricing_build(&pricing, balance->arena, balance->input, balance->sites, eta, error);
 	if (!status)
-		status = pricing_solve(&pricing, balance->arena, balance->input, &pricing.network.graph, NULL, NULL,
+		status = pricing_solve(&pricing, balance->arena, balance->input, &pricing.network.graph, 0, NULL, NULL,
 				       &tree, error);
 	if (!status) {
 		*outcome = (struct outcome){.length = tree_length(&pricing.network, &tree)};

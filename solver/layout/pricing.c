@@ -93,12 +93,14 @@ static int pass_cancelled(void *context)
 }
 
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
-			     const struct graph *graph, void (*progress)(void *, const struct steiner_progress *),
-			     void *context, struct steiner_tree *tree, struct tw_error *error)
+			     const struct graph *graph, uint64_t work_limit,
+			     void (*progress)(void *, const struct steiner_progress *), void *context,
+			     struct steiner_tree *tree, struct tw_error *error)
 {
 	struct callbacks callbacks = {input, progress, context};
 	struct steiner_options options = {
 		.time_limit_s = input->request->options.time_limit_s,
+		.work_limit = work_limit,
 		.memory_limit = input->memory_limit,
 		.threads = input->threads,
 		.progress = pass_progress,

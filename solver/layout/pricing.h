@@ -23,10 +23,11 @@ enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const
 			     const struct site_set *sites, double eta_mpa, struct tw_error *error) TW_NODISCARD;
 
 /* Solves for the tree; TW_ERROR_CANCELLED, or TW_ERROR_INPUT "terminals-apart" where constraints leave no way. `graph`
- * is the network's, or that with other weights. */
+ * is the network's, or that with other weights; `work_limit` as in steiner_options. */
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
-			     const struct graph *graph, void (*progress)(void *, const struct steiner_progress *),
-			     void *context, struct steiner_tree *tree, struct tw_error *error) TW_NODISCARD;
+			     const struct graph *graph, uint64_t work_limit,
+			     void (*progress)(void *, const struct steiner_progress *), void *context,
+			     struct steiner_tree *tree, struct tw_error *error) TW_NODISCARD;
 
 /* The eta at which, for these terminals, the normalised curves of length (falling with eta) and deformation energy
  * (rising) cross (method 3), to three digits. Costs about seven searches; scratch memory goes back to the arena. */
