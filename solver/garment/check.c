@@ -63,24 +63,35 @@ static enum tw_status check_areas(struct draft *draft)
 	return TW_OK;
 }
 
-/* Mirrors a piece's positions left to right within its bounding box; each belongs to this piece alone. */
-static void turn_piece(struct draft *draft, uint32_t piece, uint8_t *turned)
+/* Mirrors the pieces that are marked left to right, each within its own bounding box. A pattern position belongs to one
+ * piece. */
+static enum tw_status turn_pieces(struct draft *draft, const uint8_t *marked)
 {
 	struct garment *garment = &draft->garment;
-	double low = INFINITY, high = -INFINITY;
-	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++) {
-		if (garment->face_piece[i / 3] != piece)
-			continue;
-		low = fmin(low, garment->pattern[2 * (size_t)garment->face_coord[i]]);
-		high = fmax(high, garment->pattern[2 * (size_t)garment->face_coord[i]]);
+	const size_t corners = 3 * (size_t)garment->face_count;
+	double *low = ARENA_ARRAY(draft->arena, garment->piece_count, double);
+	double *high = ARENA_ARRAY(draft->arena, garment->piece_count, double);
+	uint8_t *turned = ARENA_ZEROED(draft->arena, garment->coord_count, uint8_t);
+	if (!low || !high || !turned)
+		return tw_fail_memory(draft->error);
+	for (uint32_t piece = 0; piece < garment->piece_count; piece++) {
+		low[piece] = INFINITY;
+		high[piece] = -INFINITY;
 	}
-	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++) {
-		uint32_t coord = garment->face_coord[i];
-		if (garment->face_piece[i / 3] != piece || turned[coord])
+	for (size_t i = 0; i < corners; i++) {
+		uint32_t piece = garment->face_piece[i / 3];
+		double u = garment->pattern[2 * (size_t)garment->face_coord[i]];
+		low[piece] = fmin(low[piece], u);
+		high[piece] = fmax(high[piece], u);
+	}
+	for (size_t i = 0; i < corners; i++) {
+		uint32_t piece = garment->face_piece[i / 3], coord = garment->face_coord[i];
+		if (!marked[piece] || turned[coord])
 			continue;
 		turned[coord] = 1;
-		garment->pattern[2 * (size_t)coord] = low + high - garment->pattern[2 * (size_t)coord];
+		garment->pattern[2 * (size_t)coord] = low[piece] + high[piece] - garment->pattern[2 * (size_t)coord];
 	}
+	return TW_OK;
 }
 
 /* The first faces of the piece that are clockwise (or, where most are, that are not). */
@@ -99,21 +110,23 @@ static enum tw_status flipped(const struct draft *draft, uint32_t piece, uint32_
 		snprintf(list + size, sizeof list - size, "%s%u", size ? ", " : "", f);
 	}
 	uint32_t count = minority ? clockwise : faces - clockwise;
+	const char *name = garment->piece_name[piece];
 	return fail_at_face(draft, first, "pattern-flipped-face",
-			    "in piece %u (%.60s), %u of %u faces are flipped in the flat pattern: %s%s", piece,
-			    garment->piece_name[piece], count, faces, list, count > listed ? ", …" : "");
+			    "in piece %u (%.*s), %u of %u faces are flipped in the flat pattern: %s%s", piece,
+			    utf8_cut(name, 60), name, count, faces, list, count > listed ? ", …" : "");
 }
 
 static enum tw_status mirrored_piece(const struct draft *draft, uint32_t piece)
 {
+	const char *name = draft->garment.piece_name[piece];
 	uint32_t face = 0;
 	while (draft->garment.face_piece[face] != piece)
 		face++;
 	return fail_at_face(
 		draft, face, "pattern-mirrored-piece",
-		"all faces of piece %u (%.60s) are clockwise in the flat pattern: it lies wrong side up; mirror it, "
+		"all faces of piece %u (%.*s) are clockwise in the flat pattern: it lies wrong side up; mirror it, "
 		"or import with mirrored_pieces = turn",
-		piece, draft->garment.piece_name[piece]);
+		piece, utf8_cut(name, 60), name);
 }
 
 enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirrored)
@@ -124,8 +137,8 @@ enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirro
 	const struct garment *garment = &draft->garment;
 	uint32_t *faces = ARENA_ZEROED(draft->arena, garment->piece_count, uint32_t);
 	uint32_t *clockwise = ARENA_ZEROED(draft->arena, garment->piece_count, uint32_t);
-	uint8_t *turned = ARENA_ZEROED(draft->arena, garment->coord_count, uint8_t);
-	if (!faces || !clockwise || !turned)
+	uint8_t *mirror = ARENA_ZEROED(draft->arena, garment->piece_count, uint8_t);
+	if (!faces || !clockwise || !mirror)
 		return tw_fail_memory(draft->error);
 	for (uint32_t f = 0; f < garment->face_count; f++) {
 		faces[garment->face_piece[f]]++;
@@ -138,9 +151,9 @@ enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirro
 			return flipped(draft, piece, clockwise[piece], faces[piece]);
 		if (mirrored == MIRRORED_REFUSE)
 			return mirrored_piece(draft, piece);
-		turn_piece(draft, piece, turned);
+		mirror[piece] = 1;
 		report_warn(draft->report, "pieces-turned", "piece", piece,
 			    "pieces that lay wrong side up in the pattern were mirrored left to right");
 	}
-	return TW_OK;
+	return turn_pieces(draft, mirror);
 }

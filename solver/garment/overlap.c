@@ -179,14 +179,15 @@ static enum tw_status compare_cell(struct draft *draft, const struct grid *grid,
 			    is_parted(garment, a, b) || is_parted(garment, b, a))
 				continue;
 			uint32_t piece = garment->face_piece[a], other_piece = garment->face_piece[b];
+			const char *name = garment->piece_name[piece], *other_name = garment->piece_name[other_piece];
 			if (piece == other_piece)
 				return fail_at_face(draft, b, "pattern-overlaps-itself",
-						    "faces %u and %u of piece %u (%.60s) lie on each other in the flat "
+						    "faces %u and %u of piece %u (%.*s) lie on each other in the flat "
 						    "pattern; a piece cannot be cut like that",
-						    a, b, piece, garment->piece_name[piece]);
+						    a, b, piece, utf8_cut(name, 60), name);
 			report_warn(draft->report, "pieces-overlap", "face", a,
-				    "pieces %.40s and %.40s lie on each other in the flat pattern",
-				    garment->piece_name[piece], garment->piece_name[other_piece]);
+				    "pieces %.*s and %.*s lie on each other in the flat pattern", utf8_cut(name, 60),
+				    name, utf8_cut(other_name, 60), other_name);
 		}
 	}
 	return TW_OK;

@@ -307,7 +307,7 @@ static enum tw_status read_list(struct ply *ply, const struct property *property
 	if (!next_number(ply, property->count_type, &corners))
 		return fail_at(ply, "mesh-truncated", "face", face, "is missing: the file ends before it");
 	if (!(corners >= 3 && corners <= POLYGON_CORNERS) || corners != floor(corners))
-		return fail_at(ply, "mesh-bad-face", "face", face, "has fewer than 3 or more than 255 corners");
+		return fail_at(ply, "mesh-bad-face", "face", face, "has fewer than 3 or more than 64 corners");
 	if (soup->corner_count + (uint64_t)corners > capacity)
 		return fail_at(ply, "mesh-truncated", "face", face, "is cut off: the file ends within it");
 	for (uint32_t k = 0; k < (uint32_t)corners; k++) {

@@ -10,7 +10,7 @@
 /* Kinds of labels, in the order in which they are tried as a piece's name. */
 enum label_kind { LABEL_GROUP, LABEL_MATERIAL, LABEL_OBJECT, LABEL_KINDS };
 
-enum { POLYGON_CORNERS = 255 }; /* most corners of a polygon */
+enum { POLYGON_CORNERS = 64 }; /* most corners of a polygon: cutting it takes cubic time */
 
 struct soup {
 	uint32_t vertex_count;

@@ -178,3 +178,11 @@ bool text_is_utf8(const struct text *text)
 	}
 	return true;
 }
+
+int utf8_cut(const char *string, int limit)
+{
+	int size = (int)strnlen(string, (size_t)limit);
+	while (size > 0 && ((unsigned char)string[size] & 0xc0) == 0x80)
+		size--; /* the byte behind continues a character: leave that out */
+	return size;
+}

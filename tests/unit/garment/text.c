@@ -102,6 +102,15 @@ static void utf8_is_told_from_bytes(void **state)
 	}
 }
 
+static void cut_text_ends_with_a_whole_character(void **state)
+{
+	(void)state;
+	static const char string[] = "a\xc3\xa4\xe2\x82\xac\xf0\x9f\x91\x95z"; /* 1, 2, 3, 4 and 1 bytes */
+	static const int cuts[] = {0, 1, 1, 3, 3, 3, 6, 6, 6, 6, 10, 11, 11};
+	for (int limit = 0; limit < (int)(sizeof cuts / sizeof *cuts); limit++)
+		assert_int_equal(utf8_cut(string, limit), cuts[limit]);
+}
+
 /* A star-shaped polygon around the origin: simple, and concave as often as not. */
 static uint32_t make_star(double *xy)
 {
@@ -159,6 +168,7 @@ int main(void)
 		cmocka_unit_test(what_is_no_number_is_refused),
 		cmocka_unit_test(joined_lines_are_one),
 		cmocka_unit_test(utf8_is_told_from_bytes),
+		cmocka_unit_test(cut_text_ends_with_a_whole_character),
 		cmocka_unit_test(polygons_are_cut_without_gap_or_overlap),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
