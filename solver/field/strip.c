@@ -166,10 +166,10 @@ static inline __attribute__((always_inline)) void account(struct strip *strip, d
 }
 
 /* The part of a face within the shape: its area, and what of each side lies within. */
-static inline __attribute__((always_inline)) double clip_face(const struct shape *shape, const four *x, const four *y,
-							      struct sides *sides)
+static inline __attribute__((always_inline)) double clip_face(const struct shape *shape, bool is_box, const four *x,
+							      const four *y, struct sides *sides)
 {
-	if (shape->is_box) {
+	if (is_box) {
 		box_clip_sides(&shape->box, x, y, sides);
 		return sides->share[0] + sides->share[1] + sides->share[2];
 	}
@@ -201,8 +201,9 @@ static inline __attribute__((always_inline)) void place_corners(const struct str
 /* Takes every face that the strip reaches within the crossing's placement. Whether a side leads on is as good as
  * random, so what it leads to is put into the queue in any case, and stays there or not. First in, first out: the next
  * face is known before this one is done, and the processor works on both. */
-CLONES static void flood(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
-			 uint32_t open_sides, struct strip *result)
+static inline __attribute__((always_inline)) void flood(struct strip_walker *walker, const struct shape *shape,
+							const bool is_box, const struct crossing *start,
+							uint32_t open_sides, struct strip *result)
 {
 	const struct strip_face *faces = walker->fabric->face;
 	const double *value = walker->fabric->value;
@@ -218,7 +219,7 @@ CLONES static void flood(struct strip_walker *walker, const struct shape *shape,
 		four x, y;
 		struct sides sides;
 		place_corners(face, &at, &x, &y);
-		account(&strip, clip_face(shape, &x, &y, &sides), value[f]);
+		account(&strip, clip_face(shape, is_box, &x, &y, &sides), value[f]);
 		for (uint32_t k = 0; k < 3; k++) {
 			uint32_t g = face->next[k], seam = face->link >> (LINK_BITS * k) & LINK_SEAM;
 			bool leads = (sides.inside[k] > NEGLIGIBLE_PART) & (open_sides >> k) & (entered[g] != turn);
@@ -232,6 +233,22 @@ CLONES static void flood(struct strip_walker *walker, const struct shape *shape,
 		open_sides = ALL_SIDES;
 	}
 	*result = strip;
+}
+
+/* One for each shape, so that neither pays for the other. */
+typedef void flooding(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
+		      uint32_t open_sides, struct strip *result);
+
+CLONES static void flood_box(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
+			     uint32_t open_sides, struct strip *result)
+{
+	flood(walker, shape, true, start, open_sides, result);
+}
+
+static void flood_convex(struct strip_walker *walker, const struct shape *shape, const struct crossing *start,
+			 uint32_t open_sides, struct strip *result)
+{
+	flood(walker, shape, false, start, open_sides, result);
 }
 
 static struct crossing take_nearest(struct strip_walker *walker)
@@ -248,13 +265,14 @@ static struct crossing take_nearest(struct strip_walker *walker)
 static void walk(struct strip_walker *walker, const struct shape *shape, uint32_t face, struct placement placement,
 		 struct strip *strip)
 {
+	flooding *const flood_shape = shape->is_box ? flood_box : flood_convex;
 	*strip = (struct strip){.area_mm2 = shape->area};
 	begin_turn(walker);
-	flood(walker, shape, &(struct crossing){face, 0, placement}, shape->open_sides, strip);
+	flood_shape(walker, shape, &(struct crossing){face, 0, placement}, shape->open_sides, strip);
 	while (walker->crossing_count > 0) {
 		struct crossing crossing = take_nearest(walker);
 		if (walker->entered[crossing.face] != walker->turn)
-			flood(walker, shape, &crossing, ALL_SIDES, strip);
+			flood_shape(walker, shape, &crossing, ALL_SIDES, strip);
 	}
 }
 
