@@ -18,6 +18,7 @@
 #include "solver/steiner/cut_lp.h"
 #include "solver/steiner/primal_path.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { ROWS_MAX = 200000, ROW_ARCS_MAX = 24000000, ARCS_MAX = 2000000 };
@@ -275,6 +276,7 @@ static enum tw_status bound_node(struct cut_search *cut, int *closed)
 	uint32_t stalled = 0;
 	int settled = 0;
 	cut->lp.bound = 0;
+	assert(cut->lp.reduced);
 	memset(cut->lp.reduced, 0, cut->problem.arc_count * sizeof *cut->lp.reduced);
 	for (uint32_t round = 0; status == TW_OK && !*closed && !settled; round++) {
 		status = run_round(cut, round, closed, &settled);
