@@ -17,6 +17,7 @@
 #include "solver/steiner/cut_flow.h"
 #include "solver/steiner/cut_lp.h"
 #include "solver/steiner/primal_path.h"
+#include "solver/steiner/primal_tree.h"
 
 #include <assert.h>
 #include <string.h>
@@ -320,20 +321,23 @@ static uint32_t choose_vertex(const struct cut_search *cut, double *share)
 	return best;
 }
 
-/* All vertices are decided: a minimum spanning tree of those that are in. */
+/* All vertices are decided: a minimum spanning tree of those that are in. It is made here, of the instance's edges,
+ * because search_offer spans the caller's edges behind them. */
 static enum tw_status offer_spanning_tree(struct cut_search *cut)
 {
 	struct search *search = cut->search;
 	const struct instance *instance = &search->instance;
 	const struct arena_mark mark = arena_mark(search->arena);
+	struct primal_tree tree;
 	uint32_t *edges = ARENA_ARRAY(search->arena, instance->edge_count, uint32_t), count = 0;
-	enum tw_status status = edges ? TW_OK : TW_ERROR_MEMORY;
+	enum tw_status status = edges ? primal_tree_init(&tree, search->arena, instance) : TW_ERROR_MEMORY;
 	if (status == TW_OK) {
 		for (uint32_t e = 0; e < instance->edge_count; e++)
 			if (cut->fate[instance->ends[2 * e]] == IN && cut->fate[instance->ends[2 * e + 1]] == IN &&
 			    (cut->problem.allowed[2 * e] || cut->problem.allowed[2 * e + 1]))
 				edges[count++] = e;
-		status = search_offer(search, edges, count);
+		primal_tree_set(&tree, edges, count, 1);
+		status = search_offer(search, tree.edge, tree.edge_count);
 	}
 	arena_release(search->arena, mark);
 	return status;

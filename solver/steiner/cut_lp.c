@@ -2,17 +2,19 @@
  * graphs, Networks 10, 1980; directed: R. T. Wong 1984) with flow balance (T. Koch & A. Martin 1998), solved by Clp's
  * dual simplex.
  *
- * Nothing of the floating-point result is trusted. The prices y >= 0 of the rows are rounded down to fixed point; then
- * with the reduced costs r = c - yA, computed in integers, every tree costs at least sum(y b) + sum over arcs of min(0,
- * r): the weak duality of linear programming with 0 <= x <= 1, true for any y >= 0. Rounding costs at most a millionth
- * of a unit for each row, and bounds are rounded up to whole units at the end. */
+ * Costs are scaled by a power of two into a range that suits the program. Nothing of the floating-point result is
+ * trusted. The prices y >= 0 of the rows are rounded down to fixed point; then with the reduced costs r = c - yA,
+ * computed in integers, every tree costs at least sum(y b) + sum over arcs of min(0, r): the weak duality of linear
+ * programming with 0 <= x <= 1, true for any y >= 0. Rounding costs at most a millionth of a unit for each row, and
+ * bounds are rounded up to whole units at the end. */
 #include "solver/steiner/cut_lp.h"
 
 #include <coin/Clp_C_Interface.h>
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
-enum { ITERATIONS_AT_ONCE = 1000 };
+enum { ITERATIONS_AT_ONCE = 1000, COST_BITS = 10 };
 
 static enum tw_status load_balance(struct cut_lp *lp)
 {
@@ -39,7 +41,7 @@ static enum tw_status load_balance(struct cut_lp *lp)
 			row[2 * arc + 1] = (int)cut_head(problem, arc);
 			element[2 * arc] = 1;
 			element[2 * arc + 1] = -1;
-			cost[arc] = (double)(problem->cost[arc] >> problem->fraction_bits);
+			cost[arc] = ldexp((double)problem->cost[arc], -lp->exponent);
 			upper[arc] = problem->allowed[arc];
 		}
 		start[arcs] = (CoinBigIndex)(2 * arcs);
@@ -65,6 +67,11 @@ enum tw_status cut_lp_init(struct cut_lp *lp, const struct cut_problem *problem,
 	};
 	if (!lp->model || !lp->idle || !lp->reduced || !lp->x || !lp->upper)
 		return TW_ERROR_MEMORY;
+	int64_t heaviest = 1;
+	for (uint32_t arc = 0; arc < problem->arc_count; arc++)
+		heaviest = problem->cost[arc] > heaviest ? problem->cost[arc] : heaviest;
+	(void)frexp((double)heaviest, &lp->exponent);
+	lp->exponent -= COST_BITS;
 	Clp_setLogLevel(lp->model, 0);
 	return load_balance(lp);
 }
@@ -110,9 +117,9 @@ static enum tw_status add_rows(struct cut_lp *lp)
 }
 
 /* A price in fixed point; nonsense is 0. */
-static int64_t fixed_price(const struct cut_problem *problem, double price)
+static int64_t fixed_price(const struct cut_lp *lp, double price)
 {
-	const double scaled = price * (double)(INT64_C(1) << problem->fraction_bits);
+	const double scaled = ldexp(price, lp->exponent);
 	return scaled > 0 && scaled < 0x1p61 ? (int64_t)scaled : 0;
 }
 
@@ -126,7 +133,7 @@ static void prove_bound(struct cut_lp *lp)
 	int overflow = 0;
 	memcpy(lp->reduced, problem->cost, problem->arc_count * sizeof *lp->reduced);
 	for (uint32_t i = 0; i < lp->row_count && !overflow; i++) {
-		const int64_t y = fixed_price(problem, price[lp->balance_count + i]);
+		const int64_t y = fixed_price(lp, price[lp->balance_count + i]);
 		overflow |= __builtin_add_overflow(sum, y, &sum);
 		for (size_t j = pool->start[i]; y && j < pool->start[i + 1]; j++)
 			overflow |= __builtin_sub_overflow(lp->reduced[pool->arc[j]], y, &lp->reduced[pool->arc[j]]);
@@ -135,9 +142,9 @@ static void prove_bound(struct cut_lp *lp)
 		const uint32_t u = cut_tail(problem, arc), v = cut_head(problem, arc);
 		int64_t *reduced = &lp->reduced[arc];
 		if (problem->instance->terminal_at[u] == INSTANCE_NONE)
-			overflow |= __builtin_sub_overflow(*reduced, fixed_price(problem, price[u]), reduced);
+			overflow |= __builtin_sub_overflow(*reduced, fixed_price(lp, price[u]), reduced);
 		if (problem->instance->terminal_at[v] == INSTANCE_NONE)
-			overflow |= __builtin_add_overflow(*reduced, fixed_price(problem, price[v]), reduced);
+			overflow |= __builtin_add_overflow(*reduced, fixed_price(lp, price[v]), reduced);
 		if (*reduced < 0) {
 			if (problem->allowed[arc])
 				overflow |= __builtin_add_overflow(sum, *reduced, &sum);

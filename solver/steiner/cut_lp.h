@@ -15,6 +15,7 @@ struct cut_lp {
 	int64_t bound;          /* proven: fraction_bits behind the point; 0 if none is */
 	double *x;              /* [arc_count] the last solution */
 	double *upper;          /* [arc_count] */
+	int exponent;           /* the program's costs are problem->cost * 2^-exponent */
 	int is_solved;          /* x is an optimum of the program */
 };
 

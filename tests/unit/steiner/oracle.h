@@ -9,7 +9,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CASE_VERTICES = 256, CASE_EDGES = 1024, CASE_TERMINALS = 256, BRUTE_VERTICES = 12, DREYFUS_VERTICES = 40 };
+enum {
+	CASE_VERTICES = 256,
+	CASE_EDGES = 1024,
+	CASE_TERMINALS = 256,
+	BRUTE_VERTICES = 12,
+	DREYFUS_VERTICES = 160,
+	DREYFUS_SETS = 512
+};
 
 #define UNREACHED (UINT64_MAX / 4)
 
@@ -177,7 +184,7 @@ static inline void place_terminals(struct instance_case *c, uint32_t count, uint
 		c->terminal[i] = random_below(state, c->vertex_count);
 }
 
-/* A random instance of at most DREYFUS_VERTICES vertices and `terminals_max` terminals. */
+/* A random instance of at most 40 vertices and `terminals_max` terminals. */
 static inline void case_random(struct instance_case *c, uint32_t terminals_max, uint64_t *state)
 {
 	c->vertex_count = c->edge_count = 0;
@@ -213,6 +220,33 @@ static inline void case_random(struct instance_case *c, uint32_t terminals_max, 
 	}
 	weigh(c, random_below(state, WEIGHT_KINDS), state);
 	place_terminals(c, 1 + random_below(state, terminals_max), state);
+}
+
+/* A mesh of some hundred vertices, on which separators have room to open and close. */
+static inline void case_mesh(struct instance_case *c, uint64_t *state)
+{
+	c->vertex_count = c->edge_count = 0;
+	switch (random_below(state, 5)) {
+	case 0:
+		shape_grid(c, 12, 12, 0, 1);
+		break;
+	case 1:
+		shape_grid(c, 8 + random_below(state, 4), 13, 1, (int)random_below(state, 2));
+		break;
+	case 2:
+		shape_limb(c, 5 + random_below(state, 6), 14);
+		break;
+	case 3:
+		shape_sphere(c, 100 + random_below(state, 50), state);
+		break;
+	default:
+		shape_grid(c, 12, 12, 2, 1);
+		break;
+	}
+	if (!random_below(state, 3))
+		thin_out(c, random_below(state, 25), state);
+	weigh(c, random_below(state, WEIGHT_KINDS), state);
+	place_terminals(c, 3 + random_below(state, 7), state);
 }
 
 /* The same problem with other names: vertices, edges and terminals in random order. */
@@ -299,11 +333,11 @@ static inline uint64_t oracle_brute(const struct instance_case *c)
 	return best;
 }
 
-/* The optimum by Dreyfus & Wagner (1971), from all distances (Floyd & Warshall); up to DREYFUS_VERTICES vertices and 8
+/* The optimum by Dreyfus & Wagner (1971), from all distances (Floyd & Warshall); up to DREYFUS_VERTICES vertices and 10
  * terminals. cost[set][v]: the lightest tree that spans the terminals of the set and v. */
 static inline uint64_t oracle_dreyfus(const struct instance_case *c)
 {
-	static _Thread_local uint64_t distance[DREYFUS_VERTICES][DREYFUS_VERTICES], cost[128][DREYFUS_VERTICES];
+	static uint64_t distance[DREYFUS_VERTICES][DREYFUS_VERTICES], cost[DREYFUS_SETS][DREYFUS_VERTICES];
 	const uint32_t n = c->vertex_count, last = c->terminal_count - 1;
 	for (uint32_t u = 0; u < n; u++)
 		for (uint32_t v = 0; v < n; v++)

@@ -1,5 +1,6 @@
 /* A hundred thousand small random graphs: the solver's weight is the oracle's, whatever is switched off, however the
- * vertices are numbered and however many threads work. SEED=n in the environment repeats one case. */
+ * vertices are numbered and however many threads work. SEED=n or MESH_SEED=n in the environment
+ * repeats one case. */
 #include "oracle.h"
 #include "solver/steiner/steiner.h"
 
@@ -10,7 +11,7 @@
 
 #include <cmocka.h>
 
-enum { CASES = 100000, FEATURES = 11, VARIANTS = FEATURES + 2 };
+enum { CASES = 100000, MESHES = 3900, FEATURES = 11, VARIANTS = FEATURES + 2 };
 
 static struct steiner_tree solve(const struct instance_case *c, const struct steiner_options *options,
 				 struct arena *arena, uint64_t seed)
@@ -44,14 +45,12 @@ static void expect(uint64_t expected, const struct instance_case *c, const struc
 			 (unsigned long long)found, (unsigned long long)expected);
 }
 
-static void check_case(uint64_t seed, struct arena *arena)
+/* The case as it is, and one variant of it. `numbers` goes on from where the case was made. */
+static void check_case(struct instance_case *c, uint64_t seed, uint64_t *numbers, struct arena *arena)
 {
-	uint64_t state = seed;
-	struct instance_case c;
-	case_random(&c, 7, &state);
-	const uint64_t expected = c.vertex_count <= 9 && seed % 4 == 0 ? oracle_brute(&c) : oracle_dreyfus(&c);
+	const uint64_t expected = c->vertex_count <= 9 && seed % 4 == 0 ? oracle_brute(c) : oracle_dreyfus(c);
 	const struct arena_mark mark = arena_mark(arena);
-	expect(expected, &c, &(struct steiner_options){0}, arena, seed, "plain");
+	expect(expected, c, &(struct steiner_options){0}, arena, seed, "plain");
 	arena_release(arena, mark);
 
 	const uint32_t variant = (uint32_t)(seed % VARIANTS);
@@ -60,15 +59,15 @@ static void check_case(uint64_t seed, struct arena *arena)
 	if (variant < FEATURES) {
 		options.disable = UINT64_C(1) << variant;
 	} else if (variant == FEATURES) {
-		case_shuffle(&c, &state);
+		case_shuffle(c, numbers);
 		name = "shuffled";
 	} else {
 		/* Any set of features off, two threads. */
 		options.threads = 2;
-		options.disable = random_next(&state) & ((1u << FEATURES) - 1) & ~(uint64_t)STEINER_DYNAMIC;
+		options.disable = random_next(numbers) & ((1u << FEATURES) - 1) & ~(uint64_t)STEINER_DYNAMIC;
 		name = "several off, two threads";
 	}
-	expect(expected, &c, &options, arena, seed, name);
+	expect(expected, c, &options, arena, seed, name);
 	arena_release(arena, mark);
 }
 
@@ -78,10 +77,29 @@ static void a_hundred_thousand_small_graphs_equal_the_oracle(void **state)
 	struct arena *arena = arena_new(0);
 	assert_non_null(arena);
 	const char *only = getenv("SEED");
-	if (only)
-		check_case(strtoull(only, NULL, 10), arena);
-	for (uint64_t seed = 0; !only && seed < CASES; seed++)
-		check_case(seed, arena);
+	const uint64_t first = only ? strtoull(only, NULL, 10) : 0, end = only ? first + 1 : CASES;
+	for (uint64_t seed = first; seed < end; seed++) {
+		uint64_t numbers = seed;
+		struct instance_case c;
+		case_random(&c, 7, &numbers);
+		check_case(&c, seed, &numbers, arena);
+	}
+	arena_free(arena);
+}
+
+static void meshes_of_some_hundred_vertices_equal_the_oracle(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	const char *only = getenv("MESH_SEED");
+	const uint64_t first = only ? strtoull(only, NULL, 10) : 0, end = only ? first + 1 : MESHES;
+	for (uint64_t seed = first; seed < end; seed++) {
+		uint64_t numbers = seed + 500000;
+		struct instance_case c;
+		case_mesh(&c, &numbers);
+		check_case(&c, seed, &numbers, arena);
+	}
 	arena_free(arena);
 }
 
@@ -124,6 +142,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(the_two_oracles_agree),
 		cmocka_unit_test(a_hundred_thousand_small_graphs_equal_the_oracle),
+		cmocka_unit_test(meshes_of_some_hundred_vertices_equal_the_oracle),
 		cmocka_unit_test(branch_and_cut_alone_equals_the_oracle),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
