@@ -9,6 +9,9 @@ static const struct vec3 rest_joints[BONE_COUNT] = {
 	[BONE_THIGH] = {94, 915, -6},      [BONE_SHIN] = {134, 482, -4},
 };
 
+/* Where the left shin ends. */
+static const struct vec3 rest_ankle = {168, 98, -16};
+
 /* The arm's axis in rest, and the axis about which the left elbow bends forward. */
 static const struct vec3 arm_axis = {0.8, -0.6, 0}, elbow_axis = {-0.6, -0.8, 0};
 
@@ -114,9 +117,29 @@ static void pose_leg(struct rigid bone[BONE_COUNT], const struct leg_pose *leg, 
 		bone_at(joint_of(BONE_SHIN, side, scale), upper, times(pelvis->turn, mirrored(shin, side)));
 }
 
+/* The left or right ankle, moved by its shin. */
+static struct vec3 ankle_of(const struct rigid bone[BONE_COUNT], int side, struct vec3 scale)
+{
+	const struct rigid *shin = &bone[BONE_SHIN + side];
+	struct vec3 p = {(side ? -rest_ankle.x : rest_ankle.x) * scale.x, rest_ankle.y * scale.y,
+			 rest_ankle.z * scale.z};
+	return vec3_add(pose_turned(shin->turn, p), shin->move);
+}
+
+/* Puts the lower foot on the floor, and the middle between the feet where it is in rest. */
+static void stand(struct rigid bone[BONE_COUNT], double rise, struct vec3 scale)
+{
+	struct vec3 left = ankle_of(bone, 0, scale), right = ankle_of(bone, 1, scale);
+	struct vec3 shift = {-0.5 * (left.x + right.x),
+			     rest_ankle.y * scale.y - (left.y < right.y ? left.y : right.y) + rise,
+			     rest_ankle.z * scale.z - 0.5 * (left.z + right.z)};
+	for (int b = 0; b < BONE_COUNT; b++)
+		bone[b].move = vec3_add(bone[b].move, shift);
+}
+
 void pose_bones(struct rigid bone[BONE_COUNT], const struct pose *pose, struct vec3 scale)
 {
-	struct rigid ground = {{1, 0, 0, 0}, {pose->shift, pose->rise, pose->advance}};
+	const struct rigid ground = {{1, 0, 0, 0}, {0, 0, 0}};
 	struct quaternion pelvis =
 		times(about(y_axis, pose->yaw), times(about(x_axis, pose->lean), about(z_axis, -pose->roll)));
 	struct quaternion half = times(about(y_axis, pose->twist / 2),
@@ -129,4 +152,5 @@ void pose_bones(struct rigid bone[BONE_COUNT], const struct pose *pose, struct v
 		pose_arm(bone, &pose->arm[side], side, scale);
 		pose_leg(bone, &pose->leg[side], side, scale);
 	}
+	stand(bone, pose->rise, scale);
 }

@@ -19,11 +19,11 @@ struct leg_pose {
 	double knee;   /* bent */
 };
 
-/* Side 0 is left, 1 right. */
+/* Side 0 is left, 1 right. The wearer stands: the angles alone say where the pelvis is above the feet. */
 struct pose {
-	double rise, advance, shift; /* of the pelvis: up, forward, to the left; mm */
-	double lean, yaw, roll;      /* of the pelvis: forward, to the left, to the left side */
-	double bend, twist, side;    /* of the spine, from pelvis to chest: forward, to the left, to the left side */
+	double rise;              /* of the lower foot from the floor, mm */
+	double lean, yaw, roll;   /* of the pelvis: forward, to the left, to the left side */
+	double bend, twist, side; /* of the spine, from pelvis to chest: forward, to the left, to the left side */
 	struct arm_pose arm[2];
 	struct leg_pose leg[2];
 };

@@ -108,6 +108,21 @@ static void no_vertex_jumps(void **state)
 		}
 }
 
+/* The suit ends 98 mm above the floor; a foot that rolls or points lowers its hem a little. */
+static void a_foot_is_on_the_floor_unless_the_wearer_jumps(void **state)
+{
+	struct fixture *f = *state;
+	for (uint32_t m = 0; m < SAMPLE_MOTIONS; m++)
+		for (uint32_t i = 0; i < sample_motion_at(m)->frame_count; i++) {
+			float lowest = 1e9F;
+			sample_rig_pose(f->rig, m, i, f->frame);
+			for (uint32_t v = 0; v < f->suit.vertex_count; v++)
+				lowest = f->frame[3 * v + 1] < lowest ? f->frame[3 * v + 1] : lowest;
+			assert_true(lowest > 65);
+			assert_true(lowest < 105 || m == motion_named("jumping_jack"));
+		}
+}
+
 static void strain_is_moderate_in_every_frame(void **state)
 {
 	struct fixture *f = *state;
@@ -276,6 +291,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(motions_have_thirty_frames_or_more),
 		cmocka_unit_test(no_vertex_jumps),
+		cmocka_unit_test(a_foot_is_on_the_floor_unless_the_wearer_jumps),
 		cmocka_unit_test(strain_is_moderate_in_every_frame),
 		cmocka_unit_test(joints_are_strained_most),
 		cmocka_unit_test(a_frame_depends_on_its_number_alone),
