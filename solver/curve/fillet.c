@@ -49,7 +49,7 @@ static void share_leg(struct fillet *fillet, const struct corner *corner, uint32
 }
 
 static void choose_reaches(struct fillet *fillet, const struct corner *corner, uint32_t count, double minimum_radius,
-			   double reach, double *wish, double *grant)
+			   double *wish, double *grant)
 {
 	for (uint32_t i = 0; i < count; i++) {
 		bool inner = i > 0 && i + 1 < count;
@@ -59,7 +59,7 @@ static void choose_reaches(struct fillet *fillet, const struct corner *corner, u
 		if (inner && corner[i].fixed)
 			fillet[i].half_tangent = fillet[i].quarter_tangent = 0;
 		double need = minimum_radius * fillet[i].half_tangent;
-		wish[i] = fillet[i].half_tangent < straight ? 0 : reach / fillet[i].quarter_tangent;
+		wish[i] = fillet[i].half_tangent < straight ? 0 : corner[i].reach / fillet[i].quarter_tangent;
 		wish[i] = wish[i] < need ? need : wish[i];
 		grant[i] = wish[i];
 	}
@@ -73,7 +73,7 @@ static struct span make_arc(const struct fillet *fillet, const struct corner *co
 {
 	double radius = fillet->reach / fillet->half_tangent;
 	bool left = vec2_cross(fillet->in, fillet->out) > 0;
-	struct span arc = {.radius = radius, .piece = corner->run};
+	struct span arc = {.radius = radius, .piece = corner->tag};
 	arc.from = vec2_along(corner->at, fillet->in, -fillet->reach);
 	arc.to = vec2_along(corner->at, fillet->out, fillet->reach);
 	arc.centre = vec2_along(arc.from, vec2_left(fillet->in), left ? radius : -radius);
@@ -81,8 +81,8 @@ static struct span make_arc(const struct fillet *fillet, const struct corner *co
 	return arc;
 }
 
-enum tw_status curve_fillet(const struct corner *corner, uint32_t count, double minimum_radius, double reach,
-			    struct arena *arena, struct span **spans, uint32_t *span_count, struct tw_error *error)
+enum tw_status curve_fillet(const struct corner *corner, uint32_t count, double minimum_radius, struct arena *arena,
+			    struct span **spans, uint32_t *span_count, struct tw_error *error)
 {
 	*spans = ARENA_ARRAY(arena, 2 * (size_t)count, struct span);
 	struct arena_mark mark = arena_mark(arena);
@@ -90,14 +90,14 @@ enum tw_status curve_fillet(const struct corner *corner, uint32_t count, double 
 	double *wish = ARENA_ARRAY(arena, count, double), *grant = ARENA_ARRAY(arena, count, double);
 	if (!*spans || !fillet || !wish || !grant)
 		return tw_fail_memory(error);
-	choose_reaches(fillet, corner, count, minimum_radius, reach, wish, grant);
+	choose_reaches(fillet, corner, count, minimum_radius, wish, grant);
 	uint32_t made = 0;
 	struct vec2 at = corner[0].at;
 	for (uint32_t i = 1; i < count; i++) {
 		bool arc = i + 1 < count && fillet[i].half_tangent >= straight && fillet[i].reach > 1e-9;
 		struct vec2 to = arc ? vec2_along(corner[i].at, fillet[i].in, -fillet[i].reach) : corner[i].at;
 		if (vec2_distance(at, to) > 1e-9)
-			(*spans)[made++] = span_line(at, to, corner[i - 1].run);
+			(*spans)[made++] = span_line(at, to, corner[i - 1].tag);
 		if (arc) {
 			(*spans)[made++] = make_arc(&fillet[i], &corner[i]);
 			to = (*spans)[made - 1].to;

@@ -14,12 +14,10 @@
 
 #include <string.h>
 
-/* How boldly a strand is drawn: how much of the tolerance its corners may be cut by, and at which share of the shorter
- * leg the two corners of a split one stand from it. Where a bold curve leaves its piece, a shyer one is tried. */
-static const struct manner {
-	double tolerance, split_share;
-} manners[] = {{1, 0.4}, {0.5, 0.4}, {0.5, 0.2}, {0.25, 0.4}, {0.25, 0.15}};
-enum { MANNERS = sizeof manners / sizeof *manners };
+/* Curves are drawn boldly first. Where one breaks a rule, the corners beside that place are drawn shyer, this many
+ * times: cut by less, and split by less where the curve must pass through. */
+enum { DRAWINGS = 7, BOLDER_DRAWINGS = 2 };
+static const double split_share = 0.4; /* of the shorter leg: how far the two corners of a split one stand from it */
 
 struct smoother {
 	struct wire_set *wires;
@@ -205,19 +203,38 @@ static bool leg_allowed(void *context, uint32_t i, uint32_t j)
 	return true;
 }
 
-/* The corner at `kept[k]`, split in two where the curve must pass through it. */
-static uint32_t make_corners(const struct draft *draft, const struct manner *manner, const uint32_t *kept,
-			     uint32_t kept_count, struct corner *corner)
+/* The polygon of a strand: the kept nodes, split in two (with the node itself between) where the curve must pass. */
+struct polygon {
+	const uint32_t *kept; /* [kept_count] nodes */
+	uint32_t kept_count;
+	double *boldness;      /* [kept_count] of the tolerance that a corner may use */
+	struct corner *corner; /* [count] tagged with their index */
+	uint32_t *run;         /* [count] of the corner's arc, and of the leg behind it */
+	uint32_t *origin;      /* [count] index into kept */
+	uint32_t count;
+};
+
+static void add_corner(struct polygon *polygon, struct vec2 at, uint32_t run, uint32_t origin, double reach)
+{
+	uint32_t i = polygon->count++;
+	polygon->corner[i] = (struct corner){.at = at, .tag = i, .reach = reach};
+	polygon->run[i] = run;
+	polygon->origin[i] = origin;
+}
+
+static void make_corners(const struct draft *draft, struct polygon *polygon)
 {
 	const struct unfolded *path = &draft->path;
-	uint32_t made = 0;
-	for (uint32_t k = 0; k < kept_count; k++) {
+	const uint32_t *kept = polygon->kept;
+	polygon->count = 0;
+	for (uint32_t k = 0; k < polygon->kept_count; k++) {
 		uint32_t node = kept[k];
 		struct vec2 at = path->point[node];
 		uint32_t in_run = path->leg_run[node ? node - 1 : 0];
 		uint32_t out_run = path->leg_run[node + 1 < path->count ? node : node - 1];
-		if (k == 0 || k + 1 == kept_count || !draft->stop[node]) {
-			corner[made++] = (struct corner){.at = at, .run = out_run};
+		double tolerance = polygon->boldness[k] * draft->smoother->rules->tolerance_mm;
+		if (k == 0 || k + 1 == polygon->kept_count || !draft->stop[node]) {
+			add_corner(polygon, at, out_run, k, tolerance);
 			continue;
 		}
 		struct vec2 in = vec2_sub(at, path->point[kept[k - 1]]);
@@ -225,63 +242,100 @@ static uint32_t make_corners(const struct draft *draft, const struct manner *man
 		double shorter = vec2_length(in) < vec2_length(out) ? vec2_length(in) : vec2_length(out);
 		struct vec2 through = vec2_unit(vec2_add(vec2_unit(in), vec2_unit(out)));
 		/* The new corners stray from the legs by the sine of half the turn. */
-		double sine = fabs(vec2_cross(vec2_unit(in), through)), share = manner->split_share * shorter;
-		double reach = sine > 0 ? manner->tolerance * draft->smoother->rules->tolerance_mm / sine : share;
-		reach = reach < share ? reach : share;
-		corner[made++] = (struct corner){.at = vec2_along(at, through, -reach), .run = in_run};
-		corner[made++] = (struct corner){.at = at, .run = out_run, .fixed = true};
-		corner[made++] = (struct corner){.at = vec2_along(at, through, reach), .run = out_run};
+		double sine = fabs(vec2_cross(vec2_unit(in), through)), share = split_share * shorter;
+		share *= polygon->boldness[k] < 1 ? polygon->boldness[k] : 1;
+		double apart = sine > 0 ? tolerance / sine : share;
+		apart = apart < share ? apart : share;
+		add_corner(polygon, vec2_along(at, through, -apart), in_run, k, tolerance);
+		add_corner(polygon, at, out_run, k, 0);
+		polygon->corner[polygon->count - 1].fixed = true;
+		add_corner(polygon, vec2_along(at, through, apart), out_run, k, tolerance);
 	}
-	return made;
 }
 
-/* How badly a curve breaks the rules: millimetres off its piece and short of the smallest radius, summed. */
-static double badness(const struct draft *draft, const struct span *span, uint32_t count)
+/* How badly a span breaks the rules, in millimetres: what its radius lacks, and how far it is off its piece. */
+static double badness(const struct draft *draft, const struct span *span, uint32_t run_index, double *radius_lack)
 {
 	const struct smoother *smoother = draft->smoother;
 	const uint8_t *keep_out = smoother->rules->face_keep_out;
+	const struct run *run = &draft->path.run[run_index];
+	double lack = span_is_arc(span) ? smoother->rules->minimum_radius_mm - span->radius : 0, off = 0;
+	uint32_t steps = (uint32_t)(span_length(span) / 3) + 2;
+	for (uint32_t i = 1; i < steps; i++) {
+		struct place place;
+		struct vec2 point = placement_undo(run->placement, span_point(span, (double)i / steps));
+		locator_find(smoother->locator, run->piece, point, &place);
+		double here = place.distance + (keep_out && keep_out[place.face] ? 1 : 0);
+		off = here > off ? here : off;
+	}
+	*radius_lack = lack > 1e-6 ? lack : 0;
+	return *radius_lack + (off > 0.1 ? off : 0);
+}
+
+/* The sum over all spans. The corners beside a span that is off its piece become shyer; those of an arc that is too
+ * tight become bolder, which sets the two corners of a split one farther apart. */
+static double judge(const struct draft *draft, struct polygon *polygon, const struct span *span, uint32_t count,
+		    int drawing)
+{
 	double sum = 0;
+	uint32_t changed = GARMENT_NONE;
 	for (uint32_t s = 0; s < count; s++) {
-		const struct run *run = &draft->path.run[span[s].piece];
-		double lack = span_is_arc(&span[s]) ? smoother->rules->minimum_radius_mm - span[s].radius : 0, off = 0;
-		uint32_t steps = (uint32_t)(span_length(&span[s]) / 3) + 2;
-		for (uint32_t i = 1; i < steps; i++) {
-			struct place place;
-			locator_find(smoother->locator, run->piece,
-				     placement_undo(run->placement, span_point(&span[s], (double)i / steps)), &place);
-			double here = place.distance + (keep_out && keep_out[place.face] ? 1 : 0);
-			off = here > off ? here : off;
+		uint32_t corner = span[s].piece;
+		double lack, bad = badness(draft, &span[s], polygon->run[corner], &lack);
+		sum += bad;
+		if (bad == 0)
+			continue;
+		uint32_t last = span_is_arc(&span[s]) || corner + 1 == polygon->count ? corner : corner + 1;
+		for (uint32_t c = corner; c <= last; c++) {
+			if (polygon->origin[c] == changed)
+				continue;
+			changed = polygon->origin[c];
+			polygon->boldness[changed] *= bad > lack || drawing >= BOLDER_DRAWINGS ? 0.45 : 1.6;
 		}
-		sum += (lack > 1e-6 ? lack : 0) + (off > 0.1 ? off : 0);
 	}
 	return sum;
 }
 
-/* Rounds the straightened path in the first manner that breaks no rule, else in that which breaks them least. */
-static enum tw_status round_corners(struct draft *draft, const uint32_t *kept, uint32_t kept_count,
-				    struct tw_error *error)
+/* Rounds the polygon, again and again while rules are broken, and keeps the drawing that breaks them least. */
+static enum tw_status round_corners(struct draft *draft, struct polygon *polygon, struct tw_error *error)
 {
 	const struct smoother *smoother = draft->smoother;
-	struct corner *corner = ARENA_ARRAY(smoother->arena, 3 * (size_t)kept_count, struct corner);
-	if (!corner)
-		return tw_fail_memory(error);
 	double least = INFINITY;
-	for (uint32_t m = 0; m < MANNERS && least > 0; m++) {
+	for (int drawing = 0; drawing < DRAWINGS && least > 0; drawing++) {
 		struct span *span;
-		uint32_t span_count, corners = make_corners(draft, &manners[m], kept, kept_count, corner);
-		enum tw_status status = curve_fillet(corner, corners, smoother->rules->minimum_radius_mm,
-						     manners[m].tolerance * smoother->rules->tolerance_mm,
-						     smoother->arena, &span, &span_count, error);
+		uint32_t count;
+		make_corners(draft, polygon);
+		enum tw_status status =
+			curve_fillet(polygon->corner, polygon->count, smoother->rules->minimum_radius_mm,
+				     smoother->arena, &span, &count, error);
 		if (status)
 			return status;
-		double bad = badness(draft, span, span_count);
+		double bad = judge(draft, polygon, span, count, drawing);
+		for (uint32_t s = 0; s < count; s++)
+			span[s].piece = polygon->run[span[s].piece];
 		if (bad >= least)
 			continue;
 		least = bad;
 		draft->span = span;
-		draft->span_count = span_count;
+		draft->span_count = count;
 	}
 	return TW_OK;
+}
+
+static enum tw_status draw_polygon(struct draft *draft, const uint32_t *kept, uint32_t kept_count,
+				   struct tw_error *error)
+{
+	struct arena *arena = draft->smoother->arena;
+	struct polygon polygon = {.kept = kept, .kept_count = kept_count};
+	polygon.boldness = ARENA_ARRAY(arena, kept_count, double);
+	polygon.corner = ARENA_ARRAY(arena, 3 * (size_t)kept_count, struct corner);
+	polygon.run = ARENA_ARRAY(arena, 3 * (size_t)kept_count, uint32_t);
+	polygon.origin = ARENA_ARRAY(arena, 3 * (size_t)kept_count, uint32_t);
+	if (!polygon.boldness || !polygon.corner || !polygon.run || !polygon.origin)
+		return tw_fail_memory(error);
+	for (uint32_t k = 0; k < kept_count; k++)
+		polygon.boldness[k] = 1;
+	return round_corners(draft, &polygon, error);
 }
 
 static enum tw_status draw(struct draft *draft, struct tw_error *error)
@@ -302,7 +356,7 @@ static enum tw_status draw(struct draft *draft, struct tw_error *error)
 		.context = draft,
 	};
 	enum tw_status status = corridor_straighten(&corridor, smoother->arena, kept, &kept_count, error);
-	return status ? status : round_corners(draft, kept, kept_count, error);
+	return status ? status : draw_polygon(draft, kept, kept_count, error);
 }
 
 /* The place on the strand's curve that is nearest to a point, at or behind (*span, *t). */

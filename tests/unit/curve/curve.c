@@ -54,11 +54,11 @@ static double distance_to_polygon(const struct corner *corner, uint32_t count, s
 }
 
 /* A random polygon with turns of up to `most` radians. */
-static uint32_t make_polygon(struct corner *corner, double shortest, double longest, double most)
+static uint32_t make_polygon(struct corner *corner, double shortest, double longest, double most, double reach)
 {
 	uint32_t count = 2 + (uint32_t)random_between(0, 9);
 	double heading = random_between(0, 6);
-	corner[0] = (struct corner){.at = {random_between(-50, 50), random_between(-50, 50)}};
+	corner[0] = (struct corner){.at = {random_between(-50, 50), random_between(-50, 50)}, .reach = reach};
 	for (uint32_t i = 1; i < count; i++) {
 		double length = random_between(shortest, longest);
 		corner[i] = corner[0];
@@ -74,11 +74,10 @@ static void rounded_polygons_are_smooth(void **state)
 	struct arena *arena = arena_new(0);
 	for (int round = 0; round < 3000; round++) {
 		struct corner corner[16];
-		uint32_t count = make_polygon(corner, 1, 60, 3.0), spans;
-		double reach = random_between(0.5, 9);
+		uint32_t count = make_polygon(corner, 1, 60, 3.0, random_between(0.5, 9)), spans;
 		struct span *span;
 		struct tw_error error;
-		assert_int_equal(curve_fillet(corner, count, 7.5, reach, arena, &span, &spans, &error), TW_OK);
+		assert_int_equal(curve_fillet(corner, count, 7.5, arena, &span, &spans, &error), TW_OK);
 		assert_true(spans >= 1);
 		assert_near(vec2_distance(span[0].from, corner[0].at), 0, 1e-9);
 		assert_near(vec2_distance(span[spans - 1].to, corner[count - 1].at), 0, 1e-9);
@@ -107,10 +106,10 @@ static void arcs_keep_the_smallest_radius_and_the_reach(void **state)
 	struct arena *arena = arena_new(0);
 	for (int round = 0; round < 2000; round++) {
 		struct corner corner[16];
-		uint32_t count = make_polygon(corner, 40, 200, 1.74), spans;
+		uint32_t count = make_polygon(corner, 40, 200, 1.74, 8), spans;
 		struct span *span;
 		struct tw_error error;
-		assert_int_equal(curve_fillet(corner, count, 7.5, 8, arena, &span, &spans, &error), TW_OK);
+		assert_int_equal(curve_fillet(corner, count, 7.5, arena, &span, &spans, &error), TW_OK);
 		for (uint32_t s = 0; s < spans; s++) {
 			assert_true(!span_is_arc(&span[s]) || span[s].radius >= 7.5 * (1 - 1e-9));
 			for (int i = 0; i <= 10; i++)
