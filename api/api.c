@@ -247,7 +247,8 @@ static void respond_options(struct api_call *call)
 		return;
 	response_header(&call->response, "Access-Control-Allow-Methods", "%s", call->match.allow);
 	response_header(&call->response, "Access-Control-Allow-Headers",
-			"Authorization, Content-Type, Idempotency-Key, If-None-Match, Prefer, X-Request-Id");
+			"Authorization, Content-Type, Idempotency-Key, If-None-Match, Prefer, Upload-Complete, "
+			"Upload-Offset, X-Request-Id");
 	response_header(&call->response, "Access-Control-Max-Age", "600");
 }
 
@@ -303,6 +304,46 @@ static enum tw_status check_json_type(const struct api_call *call, struct tw_err
 	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type", "send application/json");
 }
 
+/* Where the query names the first part, the uploads are there already. */
+static enum tw_status take_named_uploads(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (const char *const *part = call->match.route->parts; *part && !status; part++) {
+		const char *id = query_get(&call->query, *part);
+		if (id)
+			status = body_upload_take(&call->upload, call->store, *part, id, error);
+	}
+	return status;
+}
+
+static enum tw_status prepare_upload(struct api_call *call, struct tw_error *error)
+{
+	const struct route *route = call->match.route;
+	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
+	if (status)
+		return status;
+	if (query_get(&call->query, route->parts[0]))
+		return take_named_uploads(call, error);
+	return body_upload_init(&call->upload, call->store, route->parts, call_header(call, "Content-Type"),
+				query_get(&call->query, "name"), call->settings->upload_limit_bytes, error);
+}
+
+static enum tw_status prepare_append(struct api_call *call, struct tw_error *error)
+{
+	uint64_t offset = 0;
+	const char *complete = call_header(call, "Upload-Complete");
+	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
+	if (status)
+		return status;
+	if (!header_content_length(call_header(call, "Upload-Offset"), &offset) || offset == UINT64_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Upload-Offset",
+			       "say at which byte the upload goes on, as a number");
+	if (complete && strcmp(complete, "?1") != 0 && strcmp(complete, "?0") != 0)
+		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Upload-Complete", "this is ?1 or ?0");
+	return body_upload_append(&call->upload, call->store, call->match.parameters[0], offset,
+				  complete && !strcmp(complete, "?1"), call->settings->upload_limit_bytes, error);
+}
+
 static enum tw_status prepare_body(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
@@ -313,11 +354,9 @@ static enum tw_status prepare_body(struct api_call *call, struct tw_error *error
 		status = check_json_type(call, error);
 		return status ? status : check_length(call, TW_LIMIT_JSON_BYTES, error);
 	case ROUTE_UPLOAD:
-		status = check_length(call, call->settings->upload_limit_bytes, error);
-		return status ? status
-			      : body_upload_init(&call->upload, call->store, call->match.route->parts,
-						 call_header(call, "Content-Type"), query_get(&call->query, "name"),
-						 call->settings->upload_limit_bytes, error);
+		return prepare_upload(call, error);
+	case ROUTE_APPEND:
+		return prepare_append(call, error);
 	}
 	return TW_OK;
 }
@@ -370,13 +409,18 @@ static enum tw_status keep_json(struct api_exchange *exchange, const void *bytes
 	return TW_OK;
 }
 
+static bool is_streamed(const struct route *route)
+{
+	return route->body == ROUTE_UPLOAD || route->body == ROUTE_APPEND;
+}
+
 enum api_state api_exchange_body(struct api_exchange *exchange, const void *bytes, size_t size)
 {
 	struct tw_error error = {0};
 	enum tw_status status = TW_OK;
 	if (exchange->state != API_READING)
 		return exchange->state;
-	if (exchange->call.match.route->body == ROUTE_UPLOAD)
+	if (is_streamed(exchange->call.match.route))
 		status = body_upload_write(&exchange->call.upload, bytes, size, &error);
 	else if (exchange->call.match.route->body == ROUTE_JSON)
 		status = keep_json(exchange, bytes, size, &error);
@@ -390,7 +434,7 @@ enum api_state api_exchange_end(struct api_exchange *exchange)
 	enum tw_status status = TW_OK;
 	if (exchange->state != API_READING)
 		return exchange->state;
-	if (call->match.route->body == ROUTE_UPLOAD)
+	if (is_streamed(call->match.route))
 		status = body_upload_finish(&call->upload, &error);
 	if (!status)
 		status = call->match.route->handle(call, &error);

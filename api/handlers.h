@@ -10,6 +10,12 @@ enum tw_status get_ready(struct api_call *call, struct tw_error *error) TW_NODIS
 enum tw_status get_metrics(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status get_openapi(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 
+/* upload_handlers.c */
+enum tw_status post_upload(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status get_upload(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status patch_upload(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status delete_upload(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+
 /* mesh.c */
 extern const char *const mesh_parts[];
 extern const char *const motion_parts[];

@@ -11,14 +11,23 @@
 const char *const mesh_parts[] = {"worn", "pattern", NULL};
 const char *const motion_parts[] = {"motion", NULL};
 
-/* Every query parameter but `name` is an option of the table; `values` is the struct that it describes. */
+static bool is_part(const struct api_call *call, const char *name)
+{
+	const char *const *part = call->match.route->parts;
+	while (*part && strcmp(*part, name) != 0)
+		part++;
+	return *part;
+}
+
+/* Every query parameter but `name` and the parts is an option of the table; `values` is the struct that it describes.
+ */
 static enum tw_status parse_options(const struct api_call *call, const struct option_table *table, void *values,
 				    char **options, struct tw_error *error)
 {
 	option_defaults(table, values);
 	for (size_t i = 0; i < call->query.pair_count; i++) {
 		const struct query_pair *pair = &call->query.pairs[i];
-		if (!strcmp(pair->name, "name"))
+		if (!strcmp(pair->name, "name") || is_part(call, pair->name))
 			continue;
 		enum tw_status status = option_from_text(table, values, pair->name, pair->value, error);
 		if (status == TW_ERROR_NOT_FOUND)

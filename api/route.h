@@ -13,6 +13,7 @@ enum route_body {
 	ROUTE_NO_BODY,
 	ROUTE_JSON,   /* application/json, in memory, at most TW_LIMIT_JSON_BYTES */
 	ROUTE_UPLOAD, /* raw bytes or multipart/form-data, streamed into the store */
+	ROUTE_APPEND, /* raw bytes, streamed to the end of the upload that the path names */
 };
 
 #define ROUTE_PARAMETERS_MAX 3

@@ -8,6 +8,11 @@ const struct route api_routes[] = {
 	{"GET", "/metrics", get_metrics, "text/plain", ROUTE_NO_BODY, NULL, 0},
 	{"GET", "/openapi.yaml", get_openapi, NULL, ROUTE_NO_BODY, NULL, ROUTE_OPEN | ROUTE_STORELESS},
 
+	{"POST", "/v1/uploads", post_upload, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"GET", "/v1/uploads/{upload}", get_upload, JSON, ROUTE_NO_BODY, NULL, 0},
+	{"PATCH", "/v1/uploads/{upload}", patch_upload, JSON, ROUTE_APPEND, NULL, 0},
+	{"DELETE", "/v1/uploads/{upload}", delete_upload, NULL, ROUTE_NO_BODY, NULL, 0},
+
 	{"GET", "/v1/meshes", list_meshes, JSON, ROUTE_NO_BODY, NULL, 0},
 	{"POST", "/v1/meshes", post_mesh, JSON, ROUTE_UPLOAD, mesh_parts, 0},
 	{"GET", "/v1/meshes/{mesh}", get_mesh, JSON, ROUTE_NO_BODY, NULL, 0},

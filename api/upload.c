@@ -85,14 +85,58 @@ enum tw_status body_upload_init(struct body_upload *body, struct store *store, c
 	return begin_upload(body, parts[0], file_name ? file_name : "", media_type, error);
 }
 
+enum tw_status body_upload_append(struct body_upload *body, struct store *store, const char *id, uint64_t offset,
+				  bool completes, uint64_t limit, struct tw_error *error)
+{
+	uint64_t stands_at = 0;
+	*body = (struct body_upload){.store = store, .limit = limit, .appends = true, .completes = completes};
+	enum tw_status status = upload_resume(&body->open, store, id, limit, &stands_at, error);
+	if (!status && stands_at != offset)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "upload-offset", "Upload-Offset",
+				 "the upload stands at byte %llu; go on from there", (unsigned long long)stands_at);
+	return status;
+}
+
+enum tw_status body_upload_take(struct body_upload *body, struct store *store, const char *part, const char *id,
+				struct tw_error *error)
+{
+	struct blob blob;
+	bool sealed = false;
+	body->store = store;
+	body->named = true;
+	enum tw_status status = upload_find(store, id, &blob, &sealed, error);
+	if (status == TW_ERROR_NOT_FOUND)
+		return tw_fail(error, TW_ERROR_INPUT, "no-such-upload", part,
+			       "there is no such upload; make it with POST /v1/uploads");
+	if (status)
+		return status;
+	if (!sealed)
+		return tw_fail(error, TW_ERROR_INPUT, "upload-not-sealed", part, "the upload is not complete yet");
+	if (strcmp(blob.name, part) != 0)
+		return tw_fail(error, TW_ERROR_INPUT, "upload-part", part, "the upload was begun as the part \"%s\"",
+			       blob.name);
+	size_t i = body->count++;
+	snprintf(body->ids[i], sizeof body->ids[i], "%s", id);
+	snprintf(body->names[i], sizeof body->names[i], "%s", part);
+	snprintf(body->file_names[i], sizeof body->file_names[i], "%s", blob.file_name);
+	return TW_OK;
+}
+
 enum tw_status body_upload_write(struct body_upload *body, const void *bytes, size_t size, struct tw_error *error)
 {
+	if (body->named)
+		return tw_fail(error, TW_ERROR_INPUT, "unexpected-body", NULL,
+			       "the uploads stand in the query; send no body");
 	return body->is_form ? multipart_feed(&body->multipart, bytes, size, error)
 			     : write_part(body, bytes, size, error);
 }
 
 enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *error)
 {
+	if (body->named || (body->appends && !body->completes))
+		return TW_OK;
+	if (body->appends)
+		return upload_seal(body->open, error);
 	if (!body->is_form)
 		return end_part(body, error);
 	enum tw_status status = multipart_finish(&body->multipart, error);
@@ -113,8 +157,8 @@ void body_upload_release(struct body_upload *body)
 void body_upload_clear(struct body_upload *body)
 {
 	upload_free(body->open);
-	/* Where discarding fails, the store's sweep does it later. */
-	for (size_t i = 0; i < body->count; i++)
+	/* Where discarding fails, the store's sweep does it later. What the client named stays the client's. */
+	for (size_t i = 0; i < body->count && !body->named; i++)
 		if (upload_discard(body->store, body->ids[i], NULL))
 			continue;
 	*body = (struct body_upload){0};

@@ -14,6 +14,9 @@ struct body_upload {
 	uint64_t limit;           /* bytes of all parts together */
 	uint64_t taken;
 	bool is_form;
+	bool appends;   /* to an upload of the client's, which outlives this request */
+	bool completes; /* and ends it */
+	bool named;     /* the uploads are the client's, named in the query: there is no body */
 	struct multipart multipart;
 	struct upload *open; /* owned; the part that is being written, NULL between parts */
 	size_t count;        /* uploads begun; their ids are final once sealed */
@@ -21,6 +24,16 @@ struct body_upload {
 	char names[BODY_UPLOADS_MAX][BLOB_NAME_SIZE];      /* of the parts */
 	char file_names[BODY_UPLOADS_MAX][BLOB_NAME_SIZE]; /* "" where not given */
 };
+
+/* Goes on with the client's upload `id` at `offset`; `completes`: with this body it ends. TW_ERROR_CONFLICT
+ * "upload-offset" when it stands elsewhere (the text says where), and what storage fails with. */
+enum tw_status body_upload_append(struct body_upload *body, struct store *store, const char *id, uint64_t offset,
+				  bool completes, uint64_t limit, struct tw_error *error) TW_NODISCARD;
+
+/* Takes a complete upload of the client's as a part, instead of a body. TW_ERROR_INPUT "no-such-upload" |
+ * "upload-not-sealed" | "upload-part". */
+enum tw_status body_upload_take(struct body_upload *body, struct store *store, const char *part, const char *id,
+				struct tw_error *error) TW_NODISCARD;
 
 /* Begins. `content_type` NULL counts as bytes of an unknown type. `file_name`: of a raw body, may be NULL. Fails with
  * "unsupported-media-type", "malformed-header", and what storage fails with. */

@@ -58,6 +58,11 @@ enum tw_status upload_begin(struct upload **upload, struct store *store, const c
 enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
 			     uint64_t *offset, struct tw_error *error) TW_NODISCARD;
 
+/* An upload that no resource owns yet: `blob` says part, names and how many bytes are kept; whole chunks, unless it is
+ * sealed. TW_ERROR_NOT_FOUND "no-such-upload". */
+enum tw_status upload_find(struct store *store, const char *id, struct blob *blob, bool *sealed,
+			   struct tw_error *error) TW_NODISCARD;
+
 /* Appends. TW_ERROR_LIMIT "upload-too-large". After an error the upload can only be freed. */
 enum tw_status upload_write(struct upload *upload, const void *bytes, size_t size, struct tw_error *error) TW_NODISCARD;
 

@@ -21,7 +21,7 @@ enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, c
 
 enum tw_status chunk_seal(struct store *store, int64_t blob, const uint8_t hash[BLOB_HASH_SIZE], struct tw_error *error)
 {
-	struct sql q = sql_query(store, "UPDATE blob SET hash = ?, touched_ms = ? WHERE number = ?");
+	struct sql q = sql_query(store, "UPDATE blob SET hash = ?, hash_state = NULL, touched_ms = ? WHERE number = ?");
 	sql_bind_bytes(&q, hash, BLOB_HASH_SIZE);
 	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, blob);

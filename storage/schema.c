@@ -128,7 +128,10 @@ static const char rig[] = "CREATE TABLE rig("
 			  "	PRIMARY KEY (resource, first)"
 			  ") STRICT;";
 
-static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig};
+/* How far the hash of an unfinished upload is; see upload.c. */
+static const char upload_hash_state[] = "ALTER TABLE blob ADD COLUMN hash_state BLOB;";
+
+static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig, upload_hash_state};
 
 static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)
 {

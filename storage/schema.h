@@ -7,7 +7,7 @@
 
 #include <sqlite3.h>
 
-#define SCHEMA_VERSION 2
+#define SCHEMA_VERSION 3
 #define SCHEMA_APPLICATION_ID 0x74777265 /* "twre" */
 
 /* Brings the database up to `target` (SCHEMA_VERSION but in tests), each migration in a transaction of its own; several

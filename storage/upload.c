@@ -20,6 +20,22 @@ struct upload {
 	char buffer[BLOB_CHUNK];
 };
 
+/* The hash so far is kept with every chunk, as it lies in libsodium's memory, so that going on with a large upload does
+ * not mean reading it again. Another version of libsodium may lay it out otherwise. */
+struct hash_state {
+	char library[16];
+	crypto_generichash_state state;
+};
+
+static struct hash_state hash_state_of(const struct upload *upload)
+{
+	struct hash_state kept;
+	memset(&kept, 0, sizeof kept);
+	snprintf(kept.library, sizeof kept.library, "%s", sodium_version_string());
+	kept.state = upload->hash;
+	return kept;
+}
+
 static struct upload *new_upload(struct store *store, uint64_t limit)
 {
 	struct upload *upload = malloc(sizeof *upload);
@@ -106,7 +122,7 @@ static enum tw_status find_upload(struct upload *upload, const char *id, struct 
 	return TW_OK;
 }
 
-/* Takes the hash up where it was left: over what is stored. */
+/* Where no state was kept that this libsodium understands: over all that is stored. */
 static enum tw_status hash_again(struct upload *upload, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
@@ -118,6 +134,26 @@ static enum tw_status hash_again(struct upload *upload, struct tw_error *error)
 	return status;
 }
 
+static enum tw_status take_up_hash(struct upload *upload, struct tw_error *error)
+{
+	struct hash_state kept;
+	struct hash_state current = hash_state_of(upload);
+	size_t size = 0;
+	struct sql q = sql_query(upload->store, "SELECT hash_state FROM blob WHERE number = ?");
+	sql_bind_int(&q, upload->blob);
+	const void *bytes = sql_step(&q) ? sql_bytes(&q, &size) : NULL;
+	bool usable = bytes && size == sizeof kept;
+	if (usable)
+		memcpy(&kept, bytes, sizeof kept);
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK)
+		return status;
+	if (!usable || memcmp(kept.library, current.library, sizeof kept.library) != 0)
+		return hash_again(upload, error);
+	upload->hash = kept.state;
+	return TW_OK;
+}
+
 enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
 			     uint64_t *offset, struct tw_error *error)
 {
@@ -126,7 +162,7 @@ enum tw_status upload_resume(struct upload **upload, struct store *store, const 
 		return tw_fail_memory(error);
 	enum tw_status status = find_upload(resumed, id, error);
 	if (status == TW_OK)
-		status = hash_again(resumed, error);
+		status = take_up_hash(resumed, error);
 	if (status != TW_OK) {
 		upload_free(resumed);
 		return status;
@@ -140,10 +176,12 @@ enum tw_status upload_resume(struct upload **upload, struct store *store, const 
 static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
 {
 	int64_t changed = 0;
-	struct sql q = sql_query(upload->store, "UPDATE blob SET size = size + ?, touched_ms = ?"
+	struct hash_state hash = hash_state_of(upload);
+	struct sql q = sql_query(upload->store, "UPDATE blob SET size = size + ?, touched_ms = ?, hash_state = ?"
 						" WHERE number = ? AND size = ? AND hash IS NULL");
 	sql_bind_int(&q, (int64_t)upload->buffered);
 	sql_bind_int(&q, store_now_ms(upload->store));
+	sql_bind_bytes(&q, &hash, sizeof hash);
 	sql_bind_int(&q, upload->blob);
 	sql_bind_int(&q, (int64_t)upload->stored);
 	enum tw_status status = sql_run(&q, &changed, error);
@@ -209,8 +247,8 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 		return tw_fail(error, TW_ERROR_INPUT, "upload-empty", NULL, "no bytes came; send the file as the body");
 	enum tw_status status = transaction_begin(upload->store, true, error);
 	if (status == TW_OK) {
-		crypto_generichash_final(&upload->hash, hash, sizeof hash);
 		status = store_chunk(upload, error);
+		crypto_generichash_final(&upload->hash, hash, sizeof hash);
 		if (status == TW_OK)
 			status = chunk_seal(upload->store, upload->blob, hash, error);
 		status = transaction_end(upload->store, status, error);

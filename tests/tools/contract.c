@@ -10,7 +10,7 @@
 
 static json_t *show_routes(void)
 {
-	static const char *const bodies[] = {"none", "json", "upload"};
+	static const char *const bodies[] = {"none", "json", "upload", "upload"};
 	json_t *routes = json_array();
 	for (const struct route *r = api_routes; r->method; r++) {
 		json_t *route = json_object();

@@ -1,0 +1,80 @@
+/* Uploads that can be continued: begun, sent in pieces as the connection allows, completed, and then named in the query
+ * of POST /v1/meshes and …/motions. What a broken connection leaves is whole chunks (storage/blob.h); the client asks
+ * how far it came and goes on from there. */
+#include "api/handlers.h"
+#include "api/json.h"
+
+#include <string.h>
+
+static enum tw_status respond_upload(struct api_call *call, const char *id, unsigned status, struct tw_error *error)
+{
+	struct blob blob;
+	bool sealed = false;
+	enum tw_status found = upload_find(call->store, id, &blob, &sealed, error);
+	if (found)
+		return found;
+	char path[64];
+	json_t *json = json_object();
+	snprintf(path, sizeof path, "/v1/uploads/%s", id);
+	json_object_set_new(json, "id", json_string(id));
+	json_object_set_new(json, "part", json_string(blob.name));
+	json_object_set_new(json, "file_name", json_string(blob.file_name));
+	json_object_set_new(json, "received_bytes", json_integer((json_int_t)blob.size));
+	json_object_set_new(json, "complete", json_boolean(sealed));
+	json_object_set_new(json, "href", json_string(path));
+	if (status == 201)
+		response_header(&call->response, "Location", "%s", path);
+	response_header(&call->response, "Upload-Offset", "%llu", (unsigned long long)blob.size);
+	return response_json(&call->response, status, json, error);
+}
+
+static bool is_known_part(const char *part)
+{
+	for (const char *const *known = mesh_parts; *known; known++)
+		if (!strcmp(*known, part))
+			return true;
+	return !strcmp(motion_parts[0], part);
+}
+
+enum tw_status post_upload(struct api_call *call, struct tw_error *error)
+{
+	static const char *const known[] = {"part", "name", NULL};
+	const char *part = query_get(&call->query, "part");
+	struct upload *upload = NULL;
+	char id[STORE_ID_SIZE] = "";
+	enum tw_status status = query_only(&call->query, known, error);
+	if (status)
+		return status;
+	if (!part || !is_known_part(part))
+		return tw_fail(error, TW_ERROR_INPUT, "unknown-part", "part",
+			       "say what it will be: worn, pattern or motion");
+	status = upload_begin(&upload, call->store, part, query_get(&call->query, "name"), "application/octet-stream",
+			      call->settings->upload_limit_bytes, error);
+	if (!status)
+		snprintf(id, sizeof id, "%s", upload_id(upload));
+	upload_free(upload);
+	return status ? status : respond_upload(call, id, 201, error);
+}
+
+enum tw_status get_upload(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = query_only(&call->query, NULL, error);
+	return status ? status : respond_upload(call, call->match.parameters[0], 200, error);
+}
+
+/* The body is in the store already. */
+enum tw_status patch_upload(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = query_only(&call->query, NULL, error);
+	return status ? status : respond_upload(call, call->match.parameters[0], 200, error);
+}
+
+enum tw_status delete_upload(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = query_only(&call->query, NULL, error);
+	if (!status)
+		status = upload_discard(call->store, call->match.parameters[0], error);
+	if (!status)
+		response_empty(&call->response, 204);
+	return status;
+}
