@@ -1,7 +1,9 @@
 /* The sample suit as tools export it: sewn, cut apart along its seams, as PLY with doubled vertices, in metres on a
  * sheet. All give the suit back. */
 #include "solver/sample/sample.h"
+#include "solver/field/strain.h"
 #include "solver/garment/import.h"
+#include "solver/garment/refine.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -169,11 +171,51 @@ static void ply_in_metres_on_a_sheet_is_sewn(void **state)
 	assert_is_suit(f, 1e-9);
 }
 
+static double *density_in(struct fixture *f, const struct garment *garment, const float *frame)
+{
+	struct strain_rest rest;
+	float *moved = ARENA_ARRAY(f->arena, 3 * (size_t)garment->vertex_count, float);
+	double *density = ARENA_ARRAY(f->arena, garment->face_count, double);
+	assert_int_equal(strain_rest_from_pattern(&rest, f->arena, garment, &f->error), TW_OK);
+	strain_density(&rest, STRAIN_STVK, garment_frame(garment, frame, moved), density);
+	return density;
+}
+
+static void parts_of_a_face_inherit_its_strain(void **state)
+{
+	struct fixture *f = *state;
+	struct sample_rig *rig = NULL;
+	float *frame = ARENA_ARRAY(f->arena, 3 * (size_t)f->suit.vertex_count, float);
+	assert_int_equal(sample_rig_build(&rig, f->arena, &f->suit, SAMPLE_L, &f->error), TW_OK);
+	sample_rig_pose(rig, 1, 20, frame);
+	const double *whole = density_in(f, &f->suit, frame);
+	static const struct {
+		enum refinement refinement;
+		uint32_t parts;
+	} rows[] = {{REFINE_MIDPOINT, 4}, {REFINE_CENTROID, 3}};
+	for (size_t i = 0; i < 2; i++) {
+		struct garment once, twice;
+		struct topology topology = topology_of(f, &f->suit);
+		assert_int_equal(garment_refine(&once, f->arena, &f->suit, &topology, rows[i].refinement, &f->error),
+				 TW_OK);
+		topology = topology_of(f, &once);
+		assert_int_equal(garment_refine(&twice, f->arena, &once, &topology, rows[i].refinement, &f->error),
+				 TW_OK);
+		uint32_t parts = rows[i].parts * rows[i].parts;
+		assert_int_equal(twice.face_count, parts * f->suit.face_count);
+		const double *part = density_in(f, &twice, frame);
+		/* frames are floats: a part of a few millimetres knows its shape to about 1e-5 */
+		for (uint32_t face = 0; face < twice.face_count; face++)
+			assert_true(fabs(part[face] - whole[face / parts]) <= 2e-3 * (0.05 + whole[face / parts]));
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test_setup_teardown(sewn_obj_is_the_suit_itself, setup, teardown),
 		cmocka_unit_test_setup_teardown(obj_cut_apart_at_its_seams_is_sewn, setup, teardown),
+		cmocka_unit_test_setup_teardown(parts_of_a_face_inherit_its_strain, setup, teardown),
 		cmocka_unit_test_setup_teardown(ply_in_metres_on_a_sheet_is_sewn, setup, teardown),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
