@@ -52,6 +52,7 @@ CXXFLAGS_ALL = -std=gnu++17 $(common) $(warnings) $(package_cflags) $(CXXFLAGS)
 # What one file needs beyond the rest stands here, by name.
 # Vectorised loops: neither flag changes a value, they only promise that nobody reads errno or the exception flags.
 flags.solver/field/strain.c := -O3 -fno-math-errno -fno-trapping-math
+flags.solver/field/strain_mean.c := $(flags.solver/field/strain.c)
 flags.solver/field/strip.c := $(flags.solver/field/strain.c)
 -include tests/flags.mk
 

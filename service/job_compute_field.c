@@ -30,8 +30,8 @@ static enum tw_status add_motion(struct work *work, const struct cached_mesh *me
 	enum tw_status status = work_step(work, share_from, "strain", error);
 	if (status == TW_OK)
 		status = read_mean(work, mesh, motion_id, options, share_from, share_to, &mean, error);
-	for (uint32_t f = 0; status == TW_OK && f < mesh->garment.face_count; f++)
-		density[f] = mean[f] > density[f] ? mean[f] : density[f];
+	if (status == TW_OK)
+		strain_raise(density, mean, mesh->garment.face_count);
 	arena_release(work->arena, mark);
 	return status;
 }

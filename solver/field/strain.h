@@ -61,6 +61,9 @@ void strain_mean_add(struct strain_mean *mean);
  * anew. A model whose pointer is NULL is left out. Returns the number of frames. */
 uint32_t strain_mean_finish(struct strain_mean *mean, double *const means[STRAIN_MODELS]);
 
+/* density[f] = max(density[f], mean[f]): one motion more. */
+void strain_raise(double *density, const double *mean, uint32_t face_count);
+
 /* density[f] = max over motions of mean[m][f]; the means of one model. No motion gives zeros. */
 void strain_worst(const double *const *mean, size_t motion_count, uint32_t face_count, double *density);
 

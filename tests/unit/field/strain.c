@@ -252,6 +252,9 @@ static void the_worst_motion_counts(void **state)
 	double a[3] = {1, 5, 2}, b[3] = {2, 4, 2}, worst[3];
 	strain_worst((const double *[]){a, b}, 2, 3, worst);
 	assert_true(worst[0] == 2 && worst[1] == 5 && worst[2] == 2);
+	a[1] = NAN;
+	strain_worst((const double *[]){b, a, b}, 3, 3, worst);
+	assert_true(worst[0] == 2 && isnan(worst[1]));
 	strain_worst(NULL, 0, 3, worst);
 	assert_true(worst[0] == 0);
 }
