@@ -147,7 +147,7 @@ static void cut_values(const struct surface *surface, const struct body *body, e
 		value[v] = body_cut_side(body, cut, surface->position[v]);
 	for (uint32_t f = 0; f < surface->face_count; f++)
 		for (int k = 0; k < 3; k++) {
-			uint32_t a = surface->corner[f][k], b = surface->corner[f][k == 2 ? 0 : k + 1];
+			uint32_t a = surface->corner[f][k], b = surface->corner[f][corner_next(k)];
 			if (value[a] * value[b] < 0 && fabs(value[a]) < closest * fabs(value[a] - value[b]))
 				value[a] = 0;
 			if (value[a] * value[b] < 0 && fabs(value[b]) < closest * fabs(value[a] - value[b]))
@@ -160,7 +160,7 @@ static bool cut_edges(struct surface *surface, enum body_cut cut, double *value)
 {
 	for (uint32_t f = 0; f < surface->face_count; f++)
 		for (int k = 0; k < 3; k++) {
-			uint32_t a = surface->corner[f][k], b = surface->corner[f][k == 2 ? 0 : k + 1];
+			uint32_t a = surface->corner[f][k], b = surface->corner[f][corner_next(k)];
 			if (value[a] * value[b] >= 0)
 				continue;
 			double t = value[a] / (value[a] - value[b]);
@@ -227,7 +227,7 @@ static bool cuts_settle(struct surface *surface, struct arena *arena)
 		return false;
 	for (uint32_t f = 0; f < surface->face_count; f++)
 		for (int k = 0; k < 3; k++) {
-			uint32_t a = surface->corner[f][k], b = surface->corner[f][k == 2 ? 0 : k + 1];
+			uint32_t a = surface->corner[f][k], b = surface->corner[f][corner_next(k)];
 			if (!surface_side_is_line(surface, f, k))
 				continue;
 			real[a] |= surface->cuts[a] & surface->cuts[b];

@@ -4,6 +4,8 @@
  * ordered upwards the band is about two rows of the piece wide. */
 #include "solver/sample/flatten.h"
 
+#include "solver/sample/surface.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,11 +24,6 @@ struct layout {
 	double (*point)[2]; /* [row] */
 	double (*right)[2]; /* [row] right-hand side */
 };
-
-static uint32_t next(uint32_t k)
-{
-	return k == 2 ? 0 : k + 1;
-}
 
 struct height {
 	double height;
@@ -65,8 +62,8 @@ static void rest_edges(const struct flatten_piece *piece, uint32_t face, double 
 	struct vec3 normal = vec3_unit(vec3_normal(p[0], p[1], p[2]));
 	struct vec3 x = vec3_unit(vec3_sub(p[1], p[0])), y = vec3_cross(normal, x);
 	double up[2] = {vec3_dot(piece->upward, x), vec3_dot(piece->upward, y)};
-	for (uint32_t k = 0; k < 3; k++) {
-		struct vec3 edge = vec3_sub(p[next(k)], p[k]);
+	for (int k = 0; k < 3; k++) {
+		struct vec3 edge = vec3_sub(p[corner_next(k)], p[k]);
 		double e[2] = {vec3_dot(edge, x), vec3_dot(edge, y)};
 		double along = (piece->length - piece->girth) * (e[0] * up[0] + e[1] * up[1]);
 		rest[k][0] = piece->girth * e[0] + along * up[0];
@@ -80,8 +77,8 @@ static void rest_init(struct layout *layout)
 		double(*rest)[2] = layout->rest[f];
 		rest_edges(layout->piece, f, rest);
 		double twice_area = rest[0][0] * rest[1][1] - rest[0][1] * rest[1][0];
-		for (uint32_t k = 0; k < 3; k++) {
-			const double *a = rest[next(k)], *b = rest[next(next(k))];
+		for (int k = 0; k < 3; k++) {
+			const double *a = rest[corner_next(k)], *b = rest[corner_next(corner_next(k))];
 			double weight = -0.5 * (a[0] * b[0] + a[1] * b[1]) / twice_area;
 			layout->weight[f][k] = weight > 0.02 ? weight : 0.02;
 		}
@@ -93,8 +90,9 @@ static bool factor_init(struct layout *layout, struct arena *arena)
 	const struct flatten_piece *piece = layout->piece;
 	uint32_t n = piece->vertex_count, band = 0;
 	for (uint32_t f = 0; f < piece->face_count; f++)
-		for (uint32_t k = 0; k < 3; k++) {
-			uint32_t a = layout->order[piece->corner[f][k]], b = layout->order[piece->corner[f][next(k)]];
+		for (int k = 0; k < 3; k++) {
+			uint32_t a = layout->order[piece->corner[f][k]],
+				 b = layout->order[piece->corner[f][corner_next(k)]];
 			uint32_t apart = a > b ? a - b : b - a;
 			band = apart > band ? apart : band;
 		}
@@ -104,8 +102,9 @@ static bool factor_init(struct layout *layout, struct arena *arena)
 	if (!m)
 		return false;
 	for (uint32_t f = 0; f < piece->face_count; f++)
-		for (uint32_t k = 0; k < 3; k++) {
-			uint32_t a = layout->order[piece->corner[f][k]], b = layout->order[piece->corner[f][next(k)]];
+		for (int k = 0; k < 3; k++) {
+			uint32_t a = layout->order[piece->corner[f][k]],
+				 b = layout->order[piece->corner[f][corner_next(k)]];
 			double w = layout->weight[f][k];
 			m[a * stride + band] += w;
 			m[b * stride + band] += w;
@@ -168,9 +167,9 @@ static void best_rotation(const struct layout *layout, uint32_t face, double *co
 {
 	const uint32_t *corner = layout->piece->corner[face];
 	double c = 0, s = 0;
-	for (uint32_t k = 0; k < 3; k++) {
+	for (int k = 0; k < 3; k++) {
 		const double *a = layout->point[layout->order[corner[k]]];
-		const double *b = layout->point[layout->order[corner[next(k)]]];
+		const double *b = layout->point[layout->order[corner[corner_next(k)]]];
 		const double *e = layout->rest[face][k];
 		double w = layout->weight[face][k], x = b[0] - a[0], y = b[1] - a[1];
 		c += w * (e[0] * x + e[1] * y);
@@ -190,12 +189,12 @@ static void gather(struct layout *layout)
 		double size = sqrt(c * c + s * s);
 		c = size > 0 ? c / size : 1;
 		s = size > 0 ? s / size : 0;
-		for (uint32_t k = 0; k < 3; k++) {
+		for (int k = 0; k < 3; k++) {
 			const double *e = layout->rest[f][k];
 			double w = layout->weight[f][k];
 			double x = w * (c * e[0] - s * e[1]), y = w * (s * e[0] + c * e[1]);
 			double *a = layout->right[layout->order[piece->corner[f][k]]];
-			double *b = layout->right[layout->order[piece->corner[f][next(k)]]];
+			double *b = layout->right[layout->order[piece->corner[f][corner_next(k)]]];
 			a[0] -= x;
 			a[1] -= y;
 			b[0] += x;

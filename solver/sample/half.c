@@ -11,11 +11,6 @@
 /* The cloth as a share of the body: negative ease, as in a real tight suit. */
 static const double girth_ease = 0.94, length_ease = 0.97;
 
-static uint32_t next(uint32_t k)
-{
-	return k == 2 ? 0 : k + 1;
-}
-
 uint32_t half_whole_count(const struct half *half)
 {
 	uint32_t centre = 0;
@@ -31,7 +26,7 @@ static double count_after(const struct half *half, int levels)
 	double vertices = half_whole_count(half), faces = 2.0 * surface->face_count, sides = 0;
 	for (uint32_t f = 0; f < surface->face_count; f++)
 		for (int k = 0; k < 3; k++) {
-			uint32_t a = surface->corner[f][k], b = surface->corner[f][k == 2 ? 0 : k + 1];
+			uint32_t a = surface->corner[f][k], b = surface->corner[f][corner_next(k)];
 			bool centre = surface->neighbour[f][k] == SURFACE_NONE &&
 				      (surface->cuts[a] & surface->cuts[b] & 1u << CUT_CENTRE);
 			/* An edge is counted once from each of its two sides; one at an opening twice from its one. */
@@ -208,21 +203,21 @@ struct middle {
 	uint32_t vertex[3], coord[3];
 };
 
-static void middle_vertex(struct half *fine, const struct half *coarse, const struct body *body, uint32_t f, uint32_t k,
+static void middle_vertex(struct half *fine, const struct half *coarse, const struct body *body, uint32_t f, int k,
 			  struct middle *middle)
 {
 	const struct surface *surface = &coarse->surface;
-	uint32_t a = surface->corner[f][k], b = surface->corner[f][next(k)], m = fine->surface.vertex_count++;
-	bool line = surface_side_is_line(surface, f, (int)k);
+	uint32_t a = surface->corner[f][k], b = surface->corner[f][corner_next(k)], m = fine->surface.vertex_count++;
+	bool line = surface_side_is_line(surface, f, k);
 	uint8_t cuts = line ? surface->cuts[a] & surface->cuts[b] : 0;
 	fine->surface.cuts[m] = cuts;
 	fine->surface.position[m] = body_project(body, cuts, vec3_middle(surface->position[a], surface->position[b]));
 	middle->vertex[k] = m;
 }
 
-static void middle_coord(struct half *fine, const struct half *coarse, uint32_t f, uint32_t k, struct middle *middle)
+static void middle_coord(struct half *fine, const struct half *coarse, uint32_t f, int k, struct middle *middle)
 {
-	const double *a = coarse->flat[coarse->coord[f][k]], *b = coarse->flat[coarse->coord[f][next(k)]];
+	const double *a = coarse->flat[coarse->coord[f][k]], *b = coarse->flat[coarse->coord[f][corner_next(k)]];
 	double *m = fine->flat[fine->coord_count];
 	m[0] = 0.5 * (a[0] + b[0]);
 	m[1] = 0.5 * (a[1] + b[1]);
@@ -233,14 +228,14 @@ static void middles_make(struct half *fine, const struct half *coarse, const str
 {
 	const struct surface *surface = &coarse->surface;
 	for (uint32_t f = 0; f < surface->face_count; f++)
-		for (uint32_t k = 0; k < 3; k++) {
+		for (int k = 0; k < 3; k++) {
 			uint32_t other = surface->neighbour[f][k];
 			if (other == SURFACE_NONE || f < other) {
 				middle_vertex(fine, coarse, body, f, k, &middle[f]);
 				middle_coord(fine, coarse, f, k, &middle[f]);
 				continue;
 			}
-			uint32_t back = (uint32_t)surface_corner_of(surface, other, surface->corner[f][next(k)]);
+			int back = surface_corner_of(surface, other, surface->corner[f][corner_next(k)]);
 			middle[f].vertex[k] = middle[other].vertex[back];
 			if (surface->piece[other] == surface->piece[f])
 				middle[f].coord[k] = middle[other].coord[back];

@@ -7,16 +7,6 @@
 /* Shares of the wanted length beyond which an edge is split or collapsed. */
 static const double longest = 4.0 / 3, shortest = 4.0 / 5;
 
-static int next(int k)
-{
-	return k == 2 ? 0 : k + 1;
-}
-
-static int previous(int k)
-{
-	return k == 0 ? 2 : k - 1;
-}
-
 static bool is_corner(const struct surface *surface, uint32_t vertex)
 {
 	unsigned cuts = surface->cuts[vertex];
@@ -26,7 +16,7 @@ static bool is_corner(const struct surface *surface, uint32_t vertex)
 static double side_squared(const struct surface *surface, uint32_t face, int k)
 {
 	return vec3_apart(surface->position[surface->corner[face][k]],
-			  surface->position[surface->corner[face][next(k)]]);
+			  surface->position[surface->corner[face][corner_next(k)]]);
 }
 
 static bool side_is_longest(const struct surface *surface, uint32_t face, double squared)
@@ -52,7 +42,7 @@ static void split_long(struct surface *surface, const struct body *body, double 
 				    !side_is_longest(surface, surface->neighbour[f][k], squared))
 					continue;
 				struct vec3 p = surface->position[surface->corner[f][k]];
-				struct vec3 q = surface->position[surface->corner[f][next(k)]];
+				struct vec3 q = surface->position[surface->corner[f][corner_next(k)]];
 				uint32_t m = surface_split(surface, f, k, vec3_middle(p, q));
 				if (m == SURFACE_NONE)
 					return;
@@ -124,7 +114,7 @@ static bool ring_accepts(const struct surface *surface, uint32_t vertex, uint32_
 	for (uint32_t i = 0; i < count; i++) {
 		const uint32_t *corner = surface->corner[ring[i]];
 		int k = surface_corner_of(surface, ring[i], vertex);
-		uint32_t b = corner[next(k)], c = corner[previous(k)];
+		uint32_t b = corner[corner_next(k)], c = corner[corner_previous(k)];
 		if (b == other || c == other)
 			continue;
 		struct vec3 pb = surface->position[b], pc = surface->position[c], after = vec3_normal(p, pb, pc);
@@ -139,7 +129,7 @@ static bool ring_accepts(const struct surface *surface, uint32_t vertex, uint32_
 /* Collapses side k of a face if that is allowed and does no harm. */
 static bool try_collapse(struct surface *surface, const struct body *body, uint32_t face, int k, double limit)
 {
-	uint32_t a = surface->corner[face][k], b = surface->corner[face][next(k)];
+	uint32_t a = surface->corner[face][k], b = surface->corner[face][corner_next(k)];
 	uint32_t other = surface->neighbour[face][k];
 	bool line = surface_side_is_line(surface, face, k);
 	bool b_vanishes = may_vanish(surface, b, a, line), a_vanishes = may_vanish(surface, a, b, line);
@@ -163,7 +153,7 @@ static void collapse_short(struct surface *surface, const struct body *body, dou
 	for (uint32_t f = 0; f < surface->face_count; f++)
 		for (int k = 0; k < 3 && surface->corner[f][0] != SURFACE_NONE; k++) {
 			struct vec3 p = surface->position[surface->corner[f][k]];
-			struct vec3 q = surface->position[surface->corner[f][next(k)]];
+			struct vec3 q = surface->position[surface->corner[f][corner_next(k)]];
 			if (vec3_apart(p, q) < least && try_collapse(surface, body, f, k, limit))
 				break;
 		}
@@ -182,9 +172,9 @@ static bool should_flip(const struct surface *surface, uint32_t face, int k)
 	if (surface_side_is_line(surface, face, k))
 		return false;
 	uint32_t other = surface->neighbour[face][k];
-	uint32_t a = surface->corner[face][k], b = surface->corner[face][next(k)];
-	uint32_t c = surface->corner[face][previous(k)];
-	uint32_t d = surface->corner[other][previous(surface_corner_of(surface, other, b))];
+	uint32_t a = surface->corner[face][k], b = surface->corner[face][corner_next(k)];
+	uint32_t c = surface->corner[face][corner_previous(k)];
+	uint32_t d = surface->corner[other][corner_previous(surface_corner_of(surface, other, b))];
 	const struct vec3 *p = surface->position;
 	if (cotangent(p[a], p[b], p[c]) + cotangent(p[a], p[b], p[d]) >= -1e-3)
 		return false;
@@ -215,7 +205,8 @@ static struct vec3 relaxed(const struct surface *surface, const struct body *bod
 	for (uint32_t i = 0; i < count; i++) {
 		int k = surface_corner_of(surface, ring[i], vertex);
 		const uint32_t *corner = surface->corner[ring[i]];
-		struct vec3 b = surface->position[corner[next(k)]], c = surface->position[corner[previous(k)]];
+		struct vec3 b = surface->position[corner[corner_next(k)]],
+			    c = surface->position[corner[corner_previous(k)]];
 		normal = vec3_add(normal, vec3_normal(p, b, c));
 		if (!on_line || surface_side_is_line(surface, ring[i], k)) {
 			sum = vec3_add(sum, b);

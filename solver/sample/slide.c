@@ -41,11 +41,6 @@ struct slide {
 	struct vec3 *place, *normal, *wish, *shift; /* [count] of the last frame */
 };
 
-static uint32_t next(uint32_t k)
-{
-	return k == 2 ? 0 : k + 1;
-}
-
 static bool room(struct slide *slide, struct arena *arena, const struct half *half)
 {
 	uint32_t count = slide->count = half_whole_count(half);
@@ -92,8 +87,8 @@ static bool unfold(struct slide *slide, struct arena *arena, const struct half *
 static void springs_make(struct slide *slide)
 {
 	for (uint32_t f = 0; f < slide->face_count; f++)
-		for (uint32_t k = 0; k < 3; k++) {
-			uint32_t a = slide->corner[f][k], b = slide->corner[f][next(k)];
+		for (int k = 0; k < 3; k++) {
+			uint32_t a = slide->corner[f][k], b = slide->corner[f][corner_next(k)];
 			if (a > b && !(slide->fixed[a] && slide->fixed[b]))
 				continue;
 			double length = sqrt(vec3_apart(slide->rest[a], slide->rest[b]));

@@ -5,16 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int next(int k)
-{
-	return k == 2 ? 0 : k + 1;
-}
-
-static int previous(int k)
-{
-	return k == 0 ? 2 : k - 1;
-}
-
 bool surface_init(struct surface *surface, struct arena *arena, uint32_t vertex_capacity, uint32_t face_capacity)
 {
 	*surface = (struct surface){.vertex_capacity = vertex_capacity, .face_capacity = face_capacity};
@@ -57,7 +47,7 @@ bool surface_link(struct surface *surface, struct arena *arena)
 		if (surface->corner[f][0] == SURFACE_NONE)
 			continue;
 		for (int k = 0; k < 3; k++) {
-			uint32_t a = surface->corner[f][k], b = surface->corner[f][next(k)];
+			uint32_t a = surface->corner[f][k], b = surface->corner[f][corner_next(k)];
 			sides[count++] = (struct side){a < b ? a : b, a < b ? b : a, f, k};
 			surface->neighbour[f][k] = SURFACE_NONE;
 			surface->vertex_face[a] = f;
@@ -134,7 +124,7 @@ uint32_t surface_ring(const struct surface *surface, uint32_t vertex, uint32_t r
 			break;
 	}
 	for (start = face; count < SURFACE_RING;
-	     face = surface->neighbour[face][previous(surface_corner_of(surface, face, vertex))]) {
+	     face = surface->neighbour[face][corner_previous(surface_corner_of(surface, face, vertex))]) {
 		if (face == SURFACE_NONE || (count && face == start))
 			break;
 		ring[count++] = face;
@@ -171,8 +161,8 @@ static void relink(struct surface *surface, uint32_t face, uint32_t old, uint32_
 static uint32_t split_face(struct surface *surface, uint32_t face, int side, uint32_t m)
 {
 	uint32_t half = surface->face_count++;
-	uint32_t b = surface->corner[face][next(side)], c = surface->corner[face][previous(side)];
-	uint32_t beyond = surface->neighbour[face][next(side)];
+	uint32_t b = surface->corner[face][corner_next(side)], c = surface->corner[face][corner_previous(side)];
+	uint32_t beyond = surface->neighbour[face][corner_next(side)];
 	surface->corner[half][0] = m;
 	surface->corner[half][1] = b;
 	surface->corner[half][2] = c;
@@ -180,8 +170,8 @@ static uint32_t split_face(struct surface *surface, uint32_t face, int side, uin
 	surface->neighbour[half][2] = face;
 	surface->piece[half] = surface->piece[face];
 	relink(surface, beyond, face, half);
-	surface->corner[face][next(side)] = m;
-	surface->neighbour[face][next(side)] = half;
+	surface->corner[face][corner_next(side)] = m;
+	surface->neighbour[face][corner_next(side)] = half;
 	surface->vertex_face[b] = surface->vertex_face[c] = half;
 	return half;
 }
@@ -190,7 +180,7 @@ uint32_t surface_split(struct surface *surface, uint32_t face, int side, struct 
 {
 	if (surface->vertex_count == surface->vertex_capacity || surface->face_count + 2 > surface->face_capacity)
 		return SURFACE_NONE;
-	uint32_t a = surface->corner[face][side], b = surface->corner[face][next(side)];
+	uint32_t a = surface->corner[face][side], b = surface->corner[face][corner_next(side)];
 	uint32_t other = surface->neighbour[face][side], m = surface->vertex_count++;
 	surface->position[m] = middle;
 	surface->cuts[m] = surface_side_is_line(surface, face, side) ? surface->cuts[a] & surface->cuts[b] : 0;
@@ -213,10 +203,11 @@ void surface_flip(struct surface *surface, uint32_t face, int side)
 {
 	uint32_t other = surface->neighbour[face][side];
 	int back = side_towards(surface, other, face);
-	uint32_t a = surface->corner[face][side], b = surface->corner[face][next(side)];
-	uint32_t c = surface->corner[face][previous(side)], d = surface->corner[other][previous(back)];
-	uint32_t bc = surface->neighbour[face][next(side)], ca = surface->neighbour[face][previous(side)];
-	uint32_t ad = surface->neighbour[other][next(back)], db = surface->neighbour[other][previous(back)];
+	uint32_t a = surface->corner[face][side], b = surface->corner[face][corner_next(side)];
+	uint32_t c = surface->corner[face][corner_previous(side)], d = surface->corner[other][corner_previous(back)];
+	uint32_t bc = surface->neighbour[face][corner_next(side)], ca = surface->neighbour[face][corner_previous(side)];
+	uint32_t ad = surface->neighbour[other][corner_next(back)],
+		 db = surface->neighbour[other][corner_previous(back)];
 	memcpy(surface->corner[face], (uint32_t[3]){a, d, c}, sizeof *surface->corner);
 	memcpy(surface->corner[other], (uint32_t[3]){d, b, c}, sizeof *surface->corner);
 	memcpy(surface->neighbour[face], (uint32_t[3]){ad, other, ca}, sizeof *surface->neighbour);
@@ -230,8 +221,8 @@ void surface_flip(struct surface *surface, uint32_t face, int side)
 /* Takes a face out that has lost one side: the faces beyond its two other sides meet. */
 static void close_face(struct surface *surface, uint32_t face, int side)
 {
-	uint32_t c = surface->corner[face][previous(side)], a = surface->corner[face][side];
-	uint32_t x = surface->neighbour[face][next(side)], y = surface->neighbour[face][previous(side)];
+	uint32_t c = surface->corner[face][corner_previous(side)], a = surface->corner[face][side];
+	uint32_t x = surface->neighbour[face][corner_next(side)], y = surface->neighbour[face][corner_previous(side)];
 	relink(surface, x, face, y);
 	relink(surface, y, face, x);
 	surface->vertex_face[c] = surface->vertex_face[a] = x != SURFACE_NONE ? x : y;
@@ -241,7 +232,7 @@ static void close_face(struct surface *surface, uint32_t face, int side)
 void surface_collapse(struct surface *surface, uint32_t face, int side)
 {
 	uint32_t ring[SURFACE_RING];
-	uint32_t a = surface->corner[face][side], b = surface->corner[face][next(side)];
+	uint32_t a = surface->corner[face][side], b = surface->corner[face][corner_next(side)];
 	uint32_t other = surface->neighbour[face][side];
 	int back = other == SURFACE_NONE ? 0 : side_towards(surface, other, face);
 	bool closed;

@@ -25,6 +25,17 @@ struct surface {
 	uint8_t *piece;           /* [face] */
 };
 
+/* The corner (or side) of a triangle after and before corner k. */
+static inline int corner_next(int k)
+{
+	return k == 2 ? 0 : k + 1;
+}
+
+static inline int corner_previous(int k)
+{
+	return k == 0 ? 2 : k - 1;
+}
+
 /* Empty, with room for so many. False when memory is out. */
 bool surface_init(struct surface *surface, struct arena *arena, uint32_t vertex_capacity,
 		  uint32_t face_capacity) TW_NODISCARD;
