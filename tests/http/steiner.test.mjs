@@ -1,0 +1,129 @@
+// `tightwire steiner` as a program: what it prints, where, and how it exits. The tree is checked here by its own means.
+import assert from 'node:assert/strict';
+import { spawn, spawnSync } from 'node:child_process';
+import { writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { temporaryFolder, tightwire } from './service.mjs';
+
+const square = 'SECTION Graph\nNodes 5\nEdges 5\nE 1 2 3\nE 2 3 4\nE 3 4 5\nE 1 4 20\nE 4 5 1\nEND\n\n'
+  + 'SECTION Terminals\nTerminals 3\nT 1\nT 3\nT 4\nEND\n\nEOF\n';
+
+const steiner = (input, ...flags) =>
+  spawnSync(tightwire, ['steiner', ...flags], { input, encoding: 'utf8', timeout: 60000, maxBuffer: 1 << 26 });
+
+/** A grid of side*side vertices with pseudo-random weights and terminals on a coarser grid. */
+function grid(side, step, seed = 1) {
+  let state = seed;
+  const random = () => (state = (state * 48271) % 2147483647);
+  const edges = [], terminals = [];
+  for (let y = 0; y < side; y++)
+    for (let x = 0; x < side; x++) {
+      const v = y * side + x + 1;
+      if (x + 1 < side) edges.push([v, v + 1, 1000 + random() % 1000]);
+      if (y + 1 < side) edges.push([v, v + side, 1000 + random() % 1000]);
+      if (x % step === step >> 1 && y % step === step >> 1) terminals.push(v);
+    }
+  const text = `33D32945 STP File, STP Format Version 1.0\n\nSECTION Graph\nNodes ${side * side}\nEdges ${edges.length}\n`
+    + edges.map((e) => `E ${e.join(' ')}\n`).join('')
+    + `END\n\nSECTION Terminals\nTerminals ${terminals.length}\n${terminals.map((t) => `T ${t}\n`).join('')}END\n\nEOF\n`;
+  return { text, edges, terminals };
+}
+
+/** Checks that `chosen` is a tree that spans the terminals, and returns its weight. */
+function weigh({ edges, terminals }, chosen) {
+  const weights = new Map(edges.map(([u, v, w]) => [`${u} ${v}`, w]));
+  const group = new Map();
+  const find = (v) => (group.has(v) && group.get(v) !== v ? find(group.get(v)) : v);
+  let sum = 0;
+  for (const [u, v] of chosen) {
+    const weight = weights.get(`${u} ${v}`) ?? weights.get(`${v} ${u}`);
+    assert.ok(weight !== undefined, `${u} ${v} is an edge`);
+    assert.notEqual(find(u), find(v), `${u} ${v} closes a cycle`);
+    group.set(find(u), find(v));
+    sum += weight;
+  }
+  assert.equal(new Set(terminals.map(find)).size, 1, 'the terminals hang together');
+  return sum;
+}
+
+test('a tree is printed as PACE wants it', () => {
+  const { status, stdout, stderr } = steiner(square, '-');
+  assert.equal(stdout, 'VALUE 12\n1 2\n2 3\n3 4\n');
+  assert.equal(stderr, '');
+  assert.equal(status, 0);
+});
+
+test('the JSON answer holds outcome, weight, bound, gap, edges and statistics', () => {
+  const answer = JSON.parse(steiner(square, '-', '--json').stdout);
+  assert.equal(answer.outcome, 'optimal');
+  assert.equal(answer.weight, 12);
+  assert.equal(answer.lower_bound, 12);
+  assert.equal(answer.gap_percent, 0);
+  assert.deepEqual(answer.edges, [[1, 2], [2, 3], [3, 4]]);
+  assert.ok(Number.isInteger(answer.stats.work));
+  assert.equal(answer.stats.seconds, undefined, 'the clock is not in the answer unless asked for');
+  assert.ok(JSON.parse(steiner(square, '-', '--json', '--stats').stdout).stats.seconds.total >= 0);
+});
+
+test('the same answer for every number of threads and every time', () => {
+  const { text } = grid(40, 10);
+  const answers = new Set(['1', '2', '4', '1'].map((n) => steiner(text, '-', '--json', '--threads', n).stdout));
+  assert.equal(answers.size, 1);
+});
+
+test('a work limit ends with a valid tree, a bound below it, and the same bytes again', () => {
+  const instance = grid(60, 6);
+  const first = steiner(instance.text, '-', '--json', '--work-limit', '3000000');
+  const answer = JSON.parse(first.stdout);
+  assert.equal(weigh(instance, answer.edges), answer.weight);
+  assert.ok(answer.lower_bound > 0 && answer.lower_bound <= answer.weight);
+  assert.equal(steiner(instance.text, '-', '--json', '--work-limit', '3000000').stdout, first.stdout);
+});
+
+test('an interrupt ends with the best tree so far', async () => {
+  const instance = grid(150, 10);
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'grid.stp');
+  writeFileSync(file, instance.text);
+  const child = spawn(tightwire, ['steiner', file, '--json']);
+  let stdout = '';
+  child.stdout.on('data', (bytes) => (stdout += bytes));
+  setTimeout(() => child.kill('SIGINT'), 700);
+  await new Promise((resolve) => child.on('close', resolve));
+  const answer = JSON.parse(stdout);
+  assert.equal(weigh(instance, answer.edges), answer.weight);
+  assert.ok(answer.lower_bound <= answer.weight);
+});
+
+test('a wrong file is one line on stderr that names the line, and exit code 1', () => {
+  for (const [text, words] of [
+    ['', /line 0: the file ends here without EOF/],
+    [square.replace('E 2 3 4', 'E 2 9 4'), /line 5: vertex 9 is not one of 1 to 5/],
+    [square.replace('E 2 3 4', 'E 2 3 4.5'), /line 5: expected a whole/],
+    [square.replace('Nodes 5', 'Nodes 4000000000'), /line 2: 4000000000 nodes are announced/],
+    [square.replace('E 3 4 5\n', ''), /5 edges were announced, 4 stand here/],
+    [square.replace('E 3 4 5', 'E 4 5 5').replace('E 1 4 20', 'E 4 5 5'), /the terminals 1 and 4 are not connected/],
+  ]) {
+    const { status, stdout, stderr } = steiner(text, '-');
+    assert.equal(status, 1, text);
+    assert.equal(stdout, '');
+    assert.match(stderr, words);
+    assert.equal(stderr.trim().split('\n').length, 1);
+  }
+  assert.match(steiner('', '/does/not/exist').stderr, /does\/not\/exist: cannot be opened/);
+});
+
+test('wrong usage is exit code 2', () => {
+  for (const flags of [[], ['a', 'b'], ['-', '--bogus'], ['-', '--time-limit'], ['-', '--time-limit', 'soon'],
+    ['-', '--threads', '0']]) {
+    const { status, stdout, stderr } = steiner(square, ...flags);
+    assert.equal(status, 2, flags.join(' '));
+    assert.equal(stdout, '');
+    assert.equal(stderr.trim().split('\n').length, 1);
+  }
+  const help = steiner('', '--help');
+  assert.equal(help.status, 0);
+  for (const flag of ['--time-limit', '--work-limit', '--memory-limit', '--threads', '--json', '--stats'])
+    assert.ok(help.stdout.includes(flag), flag);
+});
