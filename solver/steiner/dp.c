@@ -15,12 +15,13 @@
 #include <string.h>
 
 struct set {
-	uint32_t size;   /* terminals */
-	uint32_t next;   /* of the same size, or INSTANCE_NONE */
-	uint32_t start;  /* first start label, or INSTANCE_NONE */
-	uint32_t useful; /* labels[0 … useful) may be used by an optimum */
-	uint32_t count;  /* labels in all */
-	struct dp_label *labels;
+	uint32_t size;           /* terminals */
+	uint32_t next;           /* of the same size, or INSTANCE_NONE */
+	uint32_t start;          /* first start label, or INSTANCE_NONE */
+	uint32_t useful;         /* labels that an optimum may use */
+	uint32_t count;          /* trails in all */
+	struct dp_label *labels; /* [useful] */
+	struct dp_trail *trails; /* [count] */
 };
 
 struct start {
@@ -53,10 +54,12 @@ struct dp {
 	size_t start_count, start_capacity;
 	uint32_t free_start; /* list of starts to use again */
 
-	uint64_t *region;      /* [vertex_count] bit of the vertex's region */
-	struct dp_label *room; /* [vertex_count] for the set in hand */
-	uint64_t *cost_at;     /* [vertex_count] costs of the set that is being merged, UINT64_MAX elsewhere */
-	uint32_t *member;      /* [terminal_count] */
+	uint64_t *region;        /* [vertex_count] bit of the vertex's region */
+	struct dp_label *labels; /* [vertex_count] of the set in hand */
+	struct dp_trail *trails; /* [vertex_count] likewise */
+	struct dp_label *at; /* [vertex_count] of the set that is being merged, by vertex; `reduced` counts from_root;
+				elsewhere the cost is UINT64_MAX */
+	uint32_t *member;    /* [terminal_count] */
 };
 
 /* A growing array on the arena: doubles, and leaves the old one behind. False without memory. */
@@ -154,11 +157,13 @@ static enum tw_status merge_pair(struct dp *dp, uint32_t set, uint32_t other)
 {
 	uint64_t bits[64]; /* TW_LIMIT_TERMINALS / 64 */
 	uint32_t union_set = INSTANCE_NONE;
+	uint64_t room = dp->grower.dual ? dp->grower.room : UINT64_MAX, cutoff = dp->grower.cutoff;
 	const struct set *b = &dp->set[other];
 	const struct dp_label *labels = b->labels;
 	for (uint32_t i = 0, count = b->useful; i < count; i++) {
-		uint64_t cost = dp->cost_at[labels[i].vertex];
-		if (cost == UINT64_MAX || cost + labels[i].cost >= dp->grower.cutoff)
+		const struct dp_label *at = &dp->at[labels[i].vertex];
+		if (at->cost == UINT64_MAX || (uint64_t)at->reduced + labels[i].reduced >= room ||
+		    at->cost + labels[i].cost >= cutoff)
 			continue;
 		if (union_set == INSTANCE_NONE) {
 			for (size_t w = 0; w < dp->words; w++)
@@ -167,7 +172,7 @@ static enum tw_status merge_pair(struct dp *dp, uint32_t set, uint32_t other)
 			if (union_set == INSTANCE_NONE)
 				return TW_ERROR_MEMORY;
 		}
-		if (!add_start(dp, union_set, labels[i].vertex, cost + labels[i].cost, set))
+		if (!add_start(dp, union_set, labels[i].vertex, at->cost + labels[i].cost, set))
 			return TW_ERROR_MEMORY;
 	}
 	return TW_OK;
@@ -182,7 +187,10 @@ static enum tw_status merge_with_finished(struct dp *dp, uint32_t s, uint64_t si
 	uint64_t scanned = 0;
 	enum tw_status status = TW_OK;
 	for (uint32_t i = 0; i < useful; i++)
-		dp->cost_at[labels[i].vertex] = labels[i].cost;
+		dp->at[labels[i].vertex] = (struct dp_label){
+			.cost = labels[i].cost,
+			.reduced = labels[i].reduced + (dp->grower.dual ? dp->grower.from_root[labels[i].vertex] : 0),
+		};
 	for (size_t j = 0; j < dp->done_count && status == TW_OK; j++) {
 		uint64_t common = 0;
 		for (size_t w = 0; w < words; w++)
@@ -193,7 +201,7 @@ static enum tw_status merge_with_finished(struct dp *dp, uint32_t s, uint64_t si
 		status = merge_pair(dp, s, dp->done[j]);
 	}
 	for (uint32_t i = 0; i < useful; i++)
-		dp->cost_at[labels[i].vertex] = UINT64_MAX;
+		dp->at[labels[i].vertex].cost = UINT64_MAX;
 	if (!search_spend(dp->search, useful + scanned / 2 + dp->done_count / 16))
 		status = TW_ERROR_CANCELLED;
 	return status;
@@ -240,8 +248,7 @@ static enum tw_status handle_set(struct dp *dp, uint32_t s)
 	uint32_t last = INSTANCE_NONE;
 	for (uint32_t i = dp->set[s].start; i != INSTANCE_NONE; i = dp->starts[i].next) {
 		const struct start *start = &dp->starts[i];
-		if (start->cost + dp_future(&dp->grower, start->vertex) < dp->grower.cutoff)
-			dp_grow_add(&dp->grower, start->vertex, start->cost, DP_MERGED | start->part);
+		dp_grow_add(&dp->grower, start->vertex, start->cost, DP_MERGED | start->part);
 		last = i;
 	}
 	if (last != INSTANCE_NONE) {
@@ -249,7 +256,7 @@ static enum tw_status handle_set(struct dp *dp, uint32_t s)
 		dp->free_start = dp->set[s].start;
 	}
 	struct set *set = &dp->set[s];
-	set->count = dp_grow(&dp->grower, dp->room, &useful);
+	set->count = dp_grow(&dp->grower, dp->labels, &useful, dp->trails);
 	dp->search->stats->sets++;
 	dp->search->stats->labels += set->count;
 	if (!useful) {
@@ -257,18 +264,20 @@ static enum tw_status handle_set(struct dp *dp, uint32_t s)
 		return search_spend(dp->search, 1) ? TW_OK : TW_ERROR_CANCELLED;
 	}
 	set->useful = useful;
-	set->labels = ARENA_ARRAY(dp->arena, set->count, struct dp_label);
-	if (!set->labels)
+	set->labels = ARENA_ARRAY(dp->arena, useful, struct dp_label);
+	set->trails = ARENA_ARRAY(dp->arena, set->count, struct dp_trail);
+	if (!set->labels || !set->trails)
 		return TW_ERROR_MEMORY;
-	memcpy(set->labels, dp->room, set->count * sizeof *set->labels);
+	memcpy(set->labels, dp->labels, useful * sizeof *set->labels);
+	memcpy(set->trails, dp->trails, set->count * sizeof *set->trails);
 	return finish(dp, s);
 }
 
-static const struct dp_label *label_at(const struct dp *dp, uint32_t s, uint32_t v)
+static const struct dp_trail *trail_at(const struct dp *dp, uint32_t s, uint32_t v)
 {
 	for (uint32_t i = 0; i < dp->set[s].count; i++)
-		if (dp->set[s].labels[i].vertex == v)
-			return &dp->set[s].labels[i];
+		if (dp->set[s].trails[i].vertex == v)
+			return &dp->set[s].trails[i];
 	return NULL;
 }
 
@@ -276,7 +285,7 @@ static uint32_t trace(const struct dp *dp, uint32_t s, uint32_t v, uint32_t *edg
 {
 	const struct instance *instance = &dp->search->instance;
 	for (;;) {
-		uint32_t from = label_at(dp, s, v)->from;
+		uint32_t from = trail_at(dp, s, v)->from;
 		if (from == INSTANCE_NONE)
 			return count;
 		if (!(from & DP_MERGED)) {
@@ -315,7 +324,7 @@ static enum tw_status run(struct dp *dp, uint64_t label_limit, int *found)
 				return TW_ERROR_LIMIT;
 		}
 	uint32_t all = dp->by_size[k - 1];
-	const struct dp_label *answer = all == INSTANCE_NONE ? NULL : label_at(dp, all, instance->terminal[dp->root]);
+	const struct dp_trail *answer = all == INSTANCE_NONE ? NULL : trail_at(dp, all, instance->terminal[dp->root]);
 	*found = answer != NULL;
 	if (!answer)
 		return TW_OK;
@@ -361,16 +370,17 @@ enum tw_status dp_solve(struct search *search, const struct dual *dual, uint64_t
 		.by_size = ARENA_ARRAY(search->arena, k + 1, uint32_t),
 		.free_start = INSTANCE_NONE,
 		.region = ARENA_ARRAY(search->arena, n, uint64_t),
-		.room = ARENA_ARRAY(search->arena, n, struct dp_label),
-		.cost_at = ARENA_ARRAY(search->arena, n, uint64_t),
+		.labels = ARENA_ARRAY(search->arena, n, struct dp_label),
+		.trails = ARENA_ARRAY(search->arena, n, struct dp_trail),
+		.at = ARENA_ARRAY(search->arena, n, struct dp_label),
 		.member = ARENA_ARRAY(search->arena, k, uint32_t),
 	};
 	enum tw_status status = TW_ERROR_MEMORY;
-	if (dp.by_size && dp.region && dp.room && dp.cost_at && dp.member)
+	if (dp.by_size && dp.region && dp.labels && dp.trails && dp.at && dp.member)
 		status = dp_grower_init(&dp.grower, search, dual, cutoff);
 	if (status == TW_OK) {
 		memset(dp.by_size, 0xff, (k + 1) * sizeof *dp.by_size);
-		memset(dp.cost_at, 0xff, n * sizeof *dp.cost_at);
+		memset(dp.at, 0xff, n * sizeof *dp.at);
 		color_regions(&dp, dp.grower.frontier);
 		status = run(&dp, label_limit, found);
 	}

@@ -24,8 +24,12 @@
  * bounds from the dual. Write y for the cuts' values. T - the part, R, is a tree that spans the root, v and the other
  * terminals: it enters all cuts of the other terminals and, where v lies in it, a cut of a terminal in I. What it pays
  * beyond that is at least the reduced length of its path from the root to v. So R weighs at least sum of y over cuts of
- * terminals not in I  +  sum of y over cuts of terminals in I that hold v  +  from_root(v). */
+ * terminals not in I  +  sum of y over cuts of terminals in I that hold v  +  from_root(v), and the whole exceeds the
+ * bound by at least from_root(v) and what is here called the label's reduced cost. That is no less than the sum of the
+ * arcs' reduced costs, and more where the part enters a cut twice. */
 #include "solver/steiner/dp_grow.h"
+
+#include "solver/steiner/fix.h"
 
 #include <string.h>
 
@@ -57,6 +61,7 @@ enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, c
 		.search = search,
 		.dual = search_uses(search, STEINER_FUTURE_COST) ? dual : NULL,
 		.cutoff = cutoff,
+		.room = dual ? fix_room(dual, cutoff) : 0,
 		.root = dual ? dual->root : 0,
 		.cell = ARENA_ZEROED(search->arena, n, struct dp_cell),
 		.heap = {.entry = ARENA_ARRAY(search->arena, 2 * (size_t)instance->edge_count + n, struct heap_entry)},
@@ -201,6 +206,30 @@ static int outside_holds(struct dp_grower *grower)
 	return 1;
 }
 
+/* --- future costs ------------------------------------------------------------------------------------------------- */
+
+/* What a label's tree weighs beyond its share of the bound: its cost, less the values of its terminals' cuts that do
+ * not hold v. */
+static inline uint32_t reduced_cost(const struct dp_grower *grower, uint32_t v, uint64_t cost)
+{
+	if (!grower->dual)
+		return 0;
+	const uint32_t *depth = grower->depth + (size_t)v * grower->search->instance.terminal_count;
+	uint64_t reduced = cost >> grower->dual->coarse_shift;
+	for (uint32_t i = 0; i < grower->member_count; i++)
+		reduced += depth[grower->member[i]];
+	/* Rounding of cost may bring it one below. */
+	return reduced > grower->value ? (uint32_t)(reduced - grower->value) : 0;
+}
+
+/* Whether a tree below the cutoff may hold the label. */
+static inline int is_affordable(const struct dp_grower *grower, uint32_t v, uint64_t cost)
+{
+	if (!grower->dual)
+		return 1;
+	return (uint64_t)reduced_cost(grower, v, cost) + grower->from_root[v] < grower->room;
+}
+
 /* --- growth ------------------------------------------------------------------------------------------------------- */
 
 void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t member_count, const uint64_t *bits)
@@ -210,12 +239,9 @@ void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t m
 	grower->member_count = member_count;
 	grower->bits = bits;
 	grower->outside_terminals = instance->terminal_count - member_count;
-	grower->outside_value = 0;
-	if (grower->dual) {
-		grower->outside_value = grower->dual->bound;
-		for (uint32_t i = 0; i < member_count; i++)
-			grower->outside_value -= grower->dual->value[members[i]];
-	}
+	grower->value = 0;
+	for (uint32_t i = 0; i < member_count && grower->dual; i++)
+		grower->value += grower->dual->value[members[i]];
 	grower->epoch++;
 	grower->ball_count = grower->ball_terminals = 0;
 	grower->heap.count = 0;
@@ -276,7 +302,7 @@ static void settle(struct dp_grower *grower)
 			grower->ball_terminals++;
 			end = top.key;
 		}
-		if (top.key + dp_future(grower, v) >= grower->cutoff) {
+		if (!is_affordable(grower, v, top.key)) {
 			cell->stamp = stamp_of(grower, DP_OBSTACLE);
 			continue;
 		}
@@ -336,23 +362,23 @@ static void mark_useful(struct dp_grower *grower)
 	}
 }
 
-uint32_t dp_grow(struct dp_grower *grower, struct dp_label *labels, uint32_t *useful)
+uint32_t dp_grow(struct dp_grower *grower, struct dp_label *labels, uint32_t *useful, struct dp_trail *trails)
 {
 	settle(grower);
 	mark_useful(grower);
-	uint32_t count = 0;
-	for (unsigned pass = USEFUL; pass; pass >>= 1) {
-		for (uint32_t i = 0; i < grower->ball_count; i++) {
-			uint32_t v = grower->ball[i];
-			uint8_t needed = grower->needed[v];
-			if (pass == USEFUL ? !(needed & USEFUL) : needed != LEADS)
-				continue;
-			labels[count++] = (struct dp_label){grower->cell[v].cost, v, grower->cell[v].from};
-		}
-		if (pass == USEFUL)
-			*useful = count;
+	uint32_t count = 0, kept = 0;
+	for (uint32_t i = 0; i < grower->ball_count; i++) {
+		uint32_t v = grower->ball[i];
+		if (grower->needed[v])
+			trails[kept++] = (struct dp_trail){v, grower->cell[v].from};
+		if (grower->needed[v] & USEFUL)
+			labels[count++] = (struct dp_label){
+				.cost = grower->cell[v].cost,
+				.vertex = v,
+				.reduced = reduced_cost(grower, v, grower->cell[v].cost),
+			};
+		grower->needed[v] = 0;
 	}
-	for (uint32_t i = 0; i < grower->ball_count; i++)
-		grower->needed[grower->ball[i]] = 0;
-	return count;
+	*useful = count;
+	return kept;
 }

@@ -8,8 +8,16 @@
 
 #define DP_MERGED 0x80000000u /* in `from`: a merge, the rest is the number of one of the two sets; else an edge */
 
+/* A label that an optimum could use. `reduced`: what its tree weighs beyond its share of the bound, coarse; the sum
+ * over the two parts of a merge is that of the whole. */
 struct dp_label {
 	uint64_t cost; /* fine weight of the tree that spans the set and the vertex */
+	uint32_t vertex;
+	uint32_t reduced;
+};
+
+/* How a label came to be. */
+struct dp_trail {
 	uint32_t vertex;
 	uint32_t from;
 };
@@ -39,6 +47,7 @@ struct dp_grower {
 	struct search *search;   /* borrowed */
 	const struct dual *dual; /* borrowed; NULL: no future costs */
 	uint64_t cutoff;         /* fine */
+	uint32_t room;           /* coarse: by less than this may a tree exceed the bound */
 	uint32_t root;           /* index of the root terminal */
 	uint32_t *depth;         /* [vertex_count * terminal_count] sum over t's balls of radius - distance */
 	uint32_t *from_root;     /* [vertex_count] */
@@ -61,7 +70,7 @@ struct dp_grower {
 	const uint32_t *member; /* [member_count] the terminals of the set in hand; borrowed */
 	uint32_t member_count;
 	const uint64_t *bits;       /* the same as a bit set; borrowed */
-	uint64_t outside_value;     /* coarse: sum of the dual values of the other terminals */
+	uint64_t value;             /* coarse: sum of the dual values of the set's terminals */
 	uint32_t outside_terminals; /* how many there are, the root among them */
 };
 
@@ -72,20 +81,8 @@ enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, c
 void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t member_count, const uint64_t *bits);
 void dp_grow_add(struct dp_grower *grower, uint32_t vertex, uint64_t cost, uint32_t from);
 
-/* Writes the labels that an optimum could use to labels[0 … *useful), and behind them, up to the returned number, those
- * that only lead to them. Room for vertex_count. */
-uint32_t dp_grow(struct dp_grower *grower, struct dp_label *labels, uint32_t *useful);
-
-/* A bound on the weight of the whole tree beyond the label: cost + this is the least total. */
-static inline uint64_t dp_future(const struct dp_grower *grower, uint32_t v)
-{
-	if (!grower->dual)
-		return 0;
-	const uint32_t *depth = grower->depth + (size_t)v * grower->search->instance.terminal_count;
-	uint64_t future = grower->outside_value + grower->from_root[v];
-	for (uint32_t i = 0; i < grower->member_count; i++)
-		future += depth[grower->member[i]];
-	return future << grower->dual->coarse_shift;
-}
+/* Writes the labels that an optimum could use to `labels`, *useful of them, and to `trails` how these and those that
+ * only lead to them came to be; returns the number of the latter. Room for vertex_count in both. */
+uint32_t dp_grow(struct dp_grower *grower, struct dp_label *labels, uint32_t *useful, struct dp_trail *trails);
 
 #endif

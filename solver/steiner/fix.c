@@ -9,8 +9,7 @@
 
 #include <string.h>
 
-/* The largest coarse excess over the bound that a tree below the cutoff may have, plus one. */
-static uint32_t coarse_room(const struct dual *dual, uint64_t cutoff)
+uint32_t fix_room(const struct dual *dual, uint64_t cutoff)
 {
 	uint64_t weight = (cutoff + ((uint64_t)1 << dual->coarse_shift) - 1) >> dual->coarse_shift;
 	uint64_t room = weight > dual->bound ? weight - dual->bound : 0;
@@ -46,7 +45,7 @@ enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *du
 	uint8_t *keep = ARENA_ARRAY(arena, instance->edge_count, uint8_t);
 	if (!from_root || !to_terminal || !keep)
 		return TW_ERROR_MEMORY;
-	uint32_t room = coarse_room(dual, cutoff);
+	uint32_t room = fix_room(dual, cutoff);
 	dual_from_root(dual, search, room, from_root);
 	*empty = room == 0;
 	for (uint32_t t = 0; t < instance->terminal_count; t++)
