@@ -302,11 +302,11 @@ static uint32_t trace(const struct dp *dp, uint32_t s, uint32_t v, uint32_t *edg
 	}
 }
 
-static enum tw_status run(struct dp *dp, uint64_t label_limit, int *found)
+static enum tw_status run(struct dp *dp, int *found)
 {
 	const struct instance *instance = &dp->search->instance;
 	uint32_t k = instance->terminal_count;
-	uint64_t bits[64] = {0}, most = dp->search->stats->labels + label_limit;
+	uint64_t bits[64] = {0};
 	for (uint32_t t = k; t-- > 0;) {
 		if (t == dp->root)
 			continue;
@@ -320,8 +320,6 @@ static enum tw_status run(struct dp *dp, uint64_t label_limit, int *found)
 			enum tw_status status = handle_set(dp, s);
 			if (status != TW_OK)
 				return status;
-			if (label_limit && dp->search->stats->labels > most)
-				return TW_ERROR_LIMIT;
 		}
 	uint32_t all = dp->by_size[k - 1];
 	const struct dp_trail *answer = all == INSTANCE_NONE ? NULL : trail_at(dp, all, instance->terminal[dp->root]);
@@ -353,8 +351,7 @@ static void color_regions(struct dp *dp, uint32_t *queue)
 			}
 }
 
-enum tw_status dp_solve(struct search *search, const struct dual *dual, uint64_t cutoff, uint64_t label_limit,
-			int *found)
+enum tw_status dp_solve(struct search *search, const struct dual *dual, uint64_t cutoff, int *found)
 {
 	const struct instance *instance = &search->instance;
 	size_t n = instance->vertex_count, k = instance->terminal_count;
@@ -382,7 +379,7 @@ enum tw_status dp_solve(struct search *search, const struct dual *dual, uint64_t
 		memset(dp.by_size, 0xff, (k + 1) * sizeof *dp.by_size);
 		memset(dp.at, 0xff, n * sizeof *dp.at);
 		color_regions(&dp, dp.grower.frontier);
-		status = run(&dp, label_limit, found);
+		status = run(&dp, found);
 	}
 	arena_release(search->arena, mark);
 	return status;

@@ -32,7 +32,8 @@ struct dual_ball {
 	uint32_t radius;
 	size_t start; /* members[start … start + count) */
 	uint32_t count;
-	int applied; /* its costs are taken from the arcs */
+	uint32_t epoch; /* dual.epoch when it was grown */
+	int applied;    /* its costs are taken from the arcs */
 };
 
 /* More than any distance that matters: the best tree is lighter. */
@@ -59,15 +60,28 @@ struct dual {
 	uint32_t *near;     /* [terminal_count * near_count] the nearest other terminals, nearest first */
 	uint32_t near_count;
 	uint32_t *near_distance; /* [terminal_count] to the nearest */
+	uint32_t epoch;          /* counts the steps of the local search */
+	uint64_t *inner;         /* [terminal_count] scratch */
+	uint64_t *middle;        /* [terminal_count] small for terminals in the middle of all: they make good roots */
 	uint64_t random;         /* state of the generator that picks what to grow anew */
 };
 
-/* Sets up a dual without balls for search->instance. Everything is allocated from search->arena and stays until the
- * caller releases it. There must be a tree (its weight chooses coarse_shift). */
+/* Sets up a dual without balls for search->instance; `root`: index of a terminal. Everything is allocated from
+ * search->arena and stays until the caller releases it. There must be a tree (its weight chooses coarse_shift). */
 enum tw_status dual_init(struct dual *dual, struct search *search, uint32_t root) TW_NODISCARD;
+
+/* For dual_init: fills near, near_distance and middle. Below, what a fine weight is in coarse units. */
+enum tw_status dual_survey(struct dual *dual, struct search *search) TW_NODISCARD;
+uint32_t dual_coarse(const struct dual *dual, uint64_t fine);
 
 /* Grows first balls around all terminals. */
 enum tw_status dual_ascend(struct dual *dual, struct search *search) TW_NODISCARD;
+
+/* Sets up, grows and improves (`effort` work units each, about) a dual for each of `candidates` terminals, every
+ * `stride`th in the order from the middle outward, and makes *dual the best. The value of the relaxation does not
+ * depend on the root, but what an ascent reaches does: by several per cent. */
+enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint32_t candidates, uint32_t stride,
+				uint64_t effort) TW_NODISCARD;
 
 /* Takes out the balls of a few neighbouring terminals, grows them anew in another order, and keeps what is no worse,
  * until about `effort` work units are spent or the bound reaches `target` (fine). */

@@ -9,23 +9,23 @@
 #include "solver/steiner/dp.h"
 #include "solver/steiner/fix.h"
 
-/* Solves search->instance under the guess; the instance and `dual` may shrink. */
-static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, uint64_t guess,
-					uint64_t label_limit, int *found)
+/* Solves search->instance under the guess; the instance may shrink. */
+static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, uint64_t guess, int *found)
 {
 	struct dual next;
-	int empty;
+	int empty = 0;
+	if (!search_uses(search, STEINER_FIXING))
+		return dp_solve(search, dual, guess, found);
 	enum tw_status status = fix_by_reduced_costs(search, dual, guess, &next, &empty);
 	if (status != TW_OK || empty)
 		return status;
 	search->stats->vertices_left = search->instance.vertex_count;
 	search->stats->edges_left = search->instance.edge_count;
-	return dp_solve(search, &next, guess, label_limit, found);
+	return dp_solve(search, &next, guess, found);
 }
 
 /* The same on a copy, so that the instance is as before. */
-static enum tw_status try_guess(struct search *search, const struct dual *dual, uint64_t guess, uint64_t label_limit,
-				int *found)
+static enum tw_status try_guess(struct search *search, const struct dual *dual, uint64_t guess, int *found)
 {
 	struct arena_mark mark = arena_mark(search->arena);
 	struct instance whole = search->instance;
@@ -34,7 +34,7 @@ static enum tw_status try_guess(struct search *search, const struct dual *dual, 
 	enum tw_status status = instance_copy(&search->instance, &whole, search->arena);
 	if (status == TW_OK) {
 		search->assumed = guess + whole.base;
-		status = solve_under_guess(search, dual, guess, label_limit, found);
+		status = solve_under_guess(search, dual, guess, found);
 	}
 	search->instance = whole;
 	search->assumed = assumed;
@@ -42,16 +42,19 @@ static enum tw_status try_guess(struct search *search, const struct dual *dual, 
 	return status;
 }
 
-enum tw_status guess_solve(struct search *search, struct dual *dual, uint64_t label_limit)
+enum tw_status guess_solve(struct search *search, const struct dual *dual)
 {
-	uint64_t bound = dual_fine_bound(dual), step = bound / 1000 * 3 / 2 + 1;
-	if (!search_uses(search, STEINER_GUESSING))
-		step = search_cutoff(search);
+	uint64_t bound = dual_fine_bound(dual), step = bound / 1000 * 3 / 2 + 1, proven = search_proven(search);
+	if (proven > bound)
+		bound = proven;
 	while (bound < search_cutoff(search)) {
-		uint64_t cutoff = search_cutoff(search), guess = cutoff - bound < step ? cutoff : bound + step;
+		uint64_t cutoff = search_cutoff(search), gap = cutoff - bound;
+		/* A guess close to the cutoff would have to be followed by the cutoff. */
+		uint64_t guess =
+			gap < step + step / 2 || !search_uses(search, STEINER_GUESSING) ? cutoff : bound + step;
 		int found;
 		search_enter(search, "dynamic program");
-		enum tw_status status = try_guess(search, dual, guess, label_limit, &found);
+		enum tw_status status = try_guess(search, dual, guess, &found);
 		if (status != TW_OK)
 			return status;
 		if (found)

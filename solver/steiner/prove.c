@@ -1,10 +1,13 @@
-/* Purpose: choose between dynamic programming and branch and cut without knowing which is better.
+/* Purpose: rounds of bounds, trees and exact stages, each with more effort than the one before.
+ *
+ * How long the dynamic program takes depends steeply on the gap of the dual bound, and how hard the instance is, is not
+ * known before. So the first round gives it hardly more than the first ascent, which is enough for many instances; from
+ * then on the efforts for dual, trees and exact stages double, until one of these comes to its end.
  *
  * Dynamic programming over terminal sets is unbeatable where separators are small and terminals few; branch and cut
  * does not mind many terminals but solves large linear programs. Which one suits an instance shows only in the doing.
- * So they take turns with budgets of work that grow fourfold: the loss against the better one alone is a constant
- * factor. Before each turn the dual and the tree get better, with a budget in proportion, because that helps both.
- * Budgets are counted in work units, so that the answer is the same everywhere. */
+ * So they take turns: the loss against the better one alone is a constant factor. Budgets are counted in work units, so
+ * that the answer is the same everywhere. */
 #include "solver/steiner/prove.h"
 
 #include "solver/steiner/cut.h"
@@ -13,7 +16,9 @@
 #include "solver/steiner/primal.h"
 #include "solver/steiner/reduce.h"
 
-enum { FIRST_BUDGET_PER_EDGE = 1000, FIRST_BUDGET = 20000000, GROWTH = 4, PREPARATION_SHARE = 4 };
+/* Work units for each edge; from the second round on they double from round to round. */
+enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 300, PRIMAL_SHARE = 40, PROGRAM_SHARE = 250 };
+enum { LEAST_BUDGET = 10000000, MOST_ROUNDS = 20, RACERS = 4 };
 
 /* Branch and cut on what deletion and reductions leave of the instance. */
 static enum tw_status delete_and_cut(struct search *search, const struct dual *dual)
@@ -44,18 +49,40 @@ static enum tw_status solve_by_cuts(struct search *search, const struct dual *du
 	return status;
 }
 
-/* A better dual and a better tree. */
-static enum tw_status prepare(struct search *search, struct dual *dual, uint64_t effort)
+/* The dual's share of a round: at first roots compete, later the winner improves. */
+static enum tw_status raise_bound(struct search *search, struct dual *dual, unsigned round)
 {
-	enum tw_status status = TW_OK;
+	uint64_t edges = search->instance.edge_count;
+	uint32_t stride = search->instance.terminal_count / RACERS + 1;
+	if (!search_uses(search, STEINER_REASCENT))
+		return TW_OK;
 	search_enter(search, "dual ascent");
-	if (search_uses(search, STEINER_REASCENT))
-		status = dual_improve(dual, search, effort, search_cutoff(search));
+	enum tw_status status = TW_OK;
+	if (round == 1) {
+		struct dual best;
+		status = dual_ascend_best(&best, search, RACERS, stride, RACE_SHARE * edges);
+		if (status == TW_OK && best.bound > dual->bound)
+			*dual = best;
+	}
+	if (status == TW_OK)
+		status = dual_improve(dual, search, (DUAL_SHARE * edges) << round, search_cutoff(search));
 	search_bound(search, dual_fine_bound(dual));
-	if (status != TW_OK || search_is_proven(search))
-		return status;
-	search_enter(search, "primal heuristics");
-	return primal_improve(search, dual, effort);
+	return status;
+}
+
+/* A better dual and a better tree. */
+static enum tw_status prepare(struct search *search, struct dual *dual, unsigned round)
+{
+	double started_s = search_clock_s();
+	enum tw_status status = raise_bound(search, dual, round);
+	double raised_s = search_clock_s();
+	search->stats->seconds_dual += raised_s - started_s;
+	if (status == TW_OK && !search_is_proven(search)) {
+		search_enter(search, "primal heuristics");
+		status = primal_improve(search, dual, (PRIMAL_SHARE * (uint64_t)search->instance.edge_count) << round);
+	}
+	search->stats->seconds_primal += search_clock_s() - raised_s;
+	return status;
 }
 
 /* Out of budget is no reason to stop; out of memory is none for the other stage. */
@@ -65,31 +92,46 @@ static int may_go_on(const struct search *search, enum tw_status status)
 				 status == TW_ERROR_LIMIT || status == TW_ERROR_UNSUPPORTED);
 }
 
+static enum tw_status run_program(struct search *search, const struct dual *dual, uint64_t budget)
+{
+	if (!search_uses(search, STEINER_DYNAMIC) && search_uses(search, STEINER_CUTS))
+		return TW_ERROR_UNSUPPORTED;
+	search_set_budget(search, search_uses(search, STEINER_CUTS) ? budget : 0);
+	enum tw_status status = guess_solve(search, dual);
+	search_set_budget(search, 0);
+	return status;
+}
+
+static enum tw_status run_cuts(struct search *search, const struct dual *dual, uint64_t budget)
+{
+	if (!search_uses(search, STEINER_CUTS))
+		return TW_ERROR_UNSUPPORTED;
+	search_set_budget(search, search_uses(search, STEINER_DYNAMIC) ? budget : 0);
+	enum tw_status status = solve_by_cuts(search, dual);
+	search_set_budget(search, 0);
+	return status;
+}
+
 enum tw_status prove_optimum(struct search *search, struct dual *dual)
 {
-	const int use_program = search_uses(search, STEINER_DYNAMIC), use_cuts = search_uses(search, STEINER_CUTS);
-	uint64_t budget = FIRST_BUDGET + (uint64_t)FIRST_BUDGET_PER_EDGE * search->instance.edge_count;
-	for (;; budget = budget < UINT64_MAX / GROWTH ? budget * GROWTH : budget) {
-		enum tw_status program = TW_ERROR_UNSUPPORTED, cuts = TW_ERROR_UNSUPPORTED;
-		if (use_program || !use_cuts) {
-			search_set_budget(search, use_cuts ? budget : 0);
-			program = guess_solve(search, dual, 0);
-			search_set_budget(search, 0);
-			if (!may_go_on(search, program))
-				return program;
-		}
-		if (use_cuts) {
-			search_set_budget(search, use_program ? budget : 0);
-			cuts = solve_by_cuts(search, dual);
-			search_set_budget(search, 0);
-			if (!may_go_on(search, cuts))
-				return cuts;
-		}
-		/* Neither can go on with a larger budget. */
-		if (program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
-			return program == TW_ERROR_UNSUPPORTED ? cuts : program;
-		const enum tw_status status = prepare(search, dual, budget / PREPARATION_SHARE);
+	uint64_t edges = search->instance.edge_count;
+	for (unsigned round = 0;; round += round < MOST_ROUNDS) {
+		enum tw_status status = round ? prepare(search, dual, round) : TW_OK;
 		if (status != TW_OK || search_is_proven(search))
 			return status;
+		double started_s = search_clock_s();
+		uint64_t budget =
+			LEAST_BUDGET + (round ? (PROGRAM_SHARE * edges) << round : FIRST_PROGRAM_SHARE * edges);
+		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;
+		if (may_go_on(search, program) && round)
+			cuts = run_cuts(search, dual, budget);
+		search->stats->seconds_exact += search_clock_s() - started_s;
+		if (!may_go_on(search, program))
+			return program;
+		if (round && !may_go_on(search, cuts))
+			return cuts;
+		/* Neither can go on with a larger budget. */
+		if (round && program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
+			return program == TW_ERROR_UNSUPPORTED ? cuts : program;
 	}
 }

@@ -229,6 +229,12 @@ uint64_t search_cutoff(const struct search *search)
 	return fine > search->instance.base ? fine - search->instance.base : 0;
 }
 
+uint64_t search_proven(const struct search *search)
+{
+	uint64_t fine = search->lower_bound << search->instance.shift;
+	return fine > search->instance.base ? fine - search->instance.base : 0;
+}
+
 int search_is_proven(const struct search *search)
 {
 	return search->lower_bound >= search->best_weight;

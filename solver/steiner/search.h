@@ -50,6 +50,9 @@ void search_bound(struct search *search, uint64_t fine_bound);
  * within the guess: what reaches it can be cut off. UINT64_MAX while there is no tree. */
 uint64_t search_cutoff(const struct search *search);
 
+/* The fine weight (without instance.base) that the proven bound is worth. */
+uint64_t search_proven(const struct search *search);
+
 /* True when best tree and bound have met. */
 int search_is_proven(const struct search *search);
 

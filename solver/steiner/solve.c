@@ -22,19 +22,9 @@ static enum tw_status run_stages(struct search *search)
 	}
 	if (status != TW_OK)
 		return status;
-	struct dual dual;
 	search_enter(search, "dual ascent");
-	status = dual_init(&dual, search, 0);
-	if (status == TW_OK)
-		status = dual_ascend(&dual, search);
-	if (status != TW_OK)
-		return status;
-	if (search_uses(search, STEINER_REASCENT))
-		status = dual_improve(&dual, search, 100ull * search->instance.edge_count, search_cutoff(search));
-	search_bound(search, dual_fine_bound(&dual));
-	search_enter(search, "primal heuristics");
-	if (status == TW_OK)
-		status = primal_improve(search, &dual, 60ull * search->instance.edge_count);
+	struct dual dual;
+	status = dual_ascend_best(&dual, search, 1 + search->instance.terminal_count / 12, 1, 0);
 	return status == TW_OK ? prove_optimum(search, &dual) : status;
 }
 

@@ -1,0 +1,193 @@
+/* Purpose: balls: growing them, taking them out, putting them back.
+ *
+ * Data: every arc stands in the row of the vertex that it enters, with its reduced cost beside it, so that the
+ * backward Dijkstra from a terminal reads one row for each vertex it settles. Nothing here costs more than the balls
+ * that are touched. Vertices at the very distance in hand, and reduced graphs are full of arcs that cost nothing, go to
+ * a stack instead of the queue.
+ *
+ * Sound: for s below the radius, which is at most the root's distance, the set {D <= s} holds the terminal and not the
+ * root, so it is a cut. An arc u -> v enters it for D[v] <= s < D[u], a length of at most its cost, as D[u] <= D[v] +
+ * cost. */
+#include "solver/steiner/dual_ball.h"
+
+#include "solver/steiner/dual_queue.h"
+
+#include <string.h>
+
+static void scatter(const struct dual *dual, const struct dual_ball *ball)
+{
+	const struct dual_member *member = dual->member + ball->start;
+	for (uint32_t i = 0; i < ball->count; i++)
+		dual->distance[member[i].vertex] = member[i].distance;
+}
+
+static void gather(const struct dual *dual, const struct dual_ball *ball)
+{
+	const struct dual_member *member = dual->member + ball->start;
+	for (uint32_t i = 0; i < ball->count; i++)
+		dual->distance[member[i].vertex] = UINT32_MAX;
+}
+
+/* Takes the ball's shares from the arcs, or gives them back: `sign` all ones for giving back, 0 for taking.
+ * dual->distance holds the distances, or anything not below the radius outside of the ball. */
+static void shift_costs(const struct dual *dual, const struct dual_ball *ball, uint32_t sign)
+{
+	const uint32_t *first = dual->instance->first, *distance = dual->distance;
+	const struct dual_member *member = dual->member + ball->start;
+	struct dual_arc *arc = dual->arc;
+	uint32_t radius = ball->radius;
+	for (uint32_t i = 0; i < ball->count; i++) {
+		uint32_t v = member[i].vertex, d = member[i].distance, end = first[v + 1];
+		for (uint32_t a = first[v]; a < end; a++) {
+			uint32_t outer = distance[arc[a].tail];
+			outer = outer < radius ? outer : radius;
+			uint32_t share = outer > d ? outer - d : 0;
+			arc[a].cost -= (share ^ sign) - sign;
+		}
+	}
+}
+
+void dual_take_out(struct dual *dual, struct search *search, struct dual_ball *ball)
+{
+	scatter(dual, ball);
+	shift_costs(dual, ball, UINT32_MAX);
+	gather(dual, ball);
+	ball->applied = 0;
+	dual->value[ball->terminal] -= ball->radius;
+	dual->bound -= ball->radius;
+	search->work += 6 * (uint64_t)ball->count;
+}
+
+void dual_put_back(struct dual *dual, struct search *search, struct dual_ball *ball)
+{
+	scatter(dual, ball);
+	shift_costs(dual, ball, 0);
+	gather(dual, ball);
+	ball->applied = 1;
+	dual->value[ball->terminal] += ball->radius;
+	dual->bound += ball->radius;
+	search->work += 6 * (uint64_t)ball->count;
+}
+
+/* Slides the live balls together; returns false when even so there is no room for one more, and no memory for it. */
+static int slide(struct dual *dual)
+{
+	size_t used = 0;
+	uint32_t kept = 0;
+	for (uint32_t i = 0; i < dual->ball_count; i++) {
+		struct dual_ball *ball = &dual->ball[i];
+		if (ball->terminal == INSTANCE_NONE)
+			continue;
+		memmove(dual->member + used, dual->member + ball->start, ball->count * sizeof *dual->member);
+		ball->start = used;
+		used += ball->count;
+		dual->ball[kept++] = *ball;
+	}
+	dual->ball_count = kept;
+	dual->member_count = used;
+	if (2 * kept > dual->ball_capacity) {
+		struct dual_ball *larger = ARENA_ARRAY(dual->arena, 2 * (size_t)dual->ball_capacity, struct dual_ball);
+		if (!larger)
+			return 0;
+		memcpy(larger, dual->ball, kept * sizeof *larger);
+		dual->ball = larger;
+		dual->ball_capacity *= 2;
+	}
+	if (2 * (used + dual->instance->vertex_count) > dual->member_capacity) {
+		struct dual_member *larger = ARENA_ARRAY(dual->arena, 2 * dual->member_capacity, struct dual_member);
+		if (!larger)
+			return 0;
+		memcpy(larger, dual->member, used * sizeof *larger);
+		dual->member = larger;
+		dual->member_capacity *= 2;
+	}
+	return 1;
+}
+
+int dual_make_room(struct dual *dual)
+{
+	return (dual->ball_count < dual->ball_capacity &&
+		dual->member_count + dual->instance->vertex_count <= dual->member_capacity) ||
+	       slide(dual);
+}
+
+/* The distances around the terminal up to the root or `limit`, into the free end of dual->member; returns the radius.
+ * Vertices that were reached, but not settled, keep their distance: `*reached` of them are left in queue and stack. */
+static uint32_t settle(struct dual *dual, uint32_t terminal, uint32_t limit, struct dual_ball *ball, size_t *queued,
+		       size_t *stacked)
+{
+	const struct instance *instance = dual->instance;
+	const uint32_t *first = instance->first;
+	const struct dual_arc *arc = dual->arc;
+	struct dual_member *member = dual->member + dual->member_count;
+	uint32_t *distance = dual->distance, *stack = dual->stack;
+	uint64_t *queue = dual->queue;
+	uint32_t root = instance->terminal[dual->root], count = 0, d = 0;
+	size_t in_queue = 0, in_stack = 0;
+	distance[instance->terminal[terminal]] = 0;
+	stack[in_stack++] = instance->terminal[terminal];
+	for (;;) {
+		uint32_t v;
+		if (in_stack) {
+			v = stack[--in_stack];
+		} else if (in_queue) {
+			uint64_t key = queue_pop(queue, &in_queue);
+			v = (uint32_t)key;
+			if (distance[v] != (uint32_t)(key >> 32))
+				continue;
+			d = distance[v];
+		} else {
+			d = limit;
+			break;
+		}
+		if (v == root) {
+			member[count++] = (struct dual_member){v, d};
+			break;
+		}
+		member[count++] = (struct dual_member){v, d};
+		for (uint32_t a = first[v], end = first[v + 1]; a < end; a++) {
+			uint32_t u = arc[a].tail, longer = d + arc[a].cost;
+			if (longer >= distance[u] || longer >= limit)
+				continue;
+			distance[u] = longer;
+			if (u == root)
+				limit = longer + 1;
+			if (longer == d)
+				stack[in_stack++] = u;
+			else
+				queue_push(queue, &in_queue, (uint64_t)longer << 32 | u);
+		}
+	}
+	ball->count = count;
+	*queued = in_queue;
+	*stacked = in_stack;
+	return d;
+}
+
+/* Grows a ball and takes its shares. `limit`: the largest radius. Returns the radius; 0 leaves no ball. */
+uint32_t dual_grow(struct dual *dual, struct search *search, uint32_t terminal, uint32_t limit)
+{
+	struct dual_ball ball = {.terminal = terminal, .start = dual->member_count, .epoch = dual->epoch, .applied = 1};
+	size_t queued, stacked;
+	ball.radius = settle(dual, terminal, limit < DUAL_FAR ? limit : DUAL_FAR, &ball, &queued, &stacked);
+	const struct dual_member *member = dual->member + ball.start;
+	uint32_t settled = ball.count;
+	while (ball.count && member[ball.count - 1].distance >= ball.radius)
+		ball.count--;
+	if (ball.radius)
+		shift_costs(dual, &ball, 0);
+	for (uint32_t i = 0; i < settled; i++)
+		dual->distance[member[i].vertex] = UINT32_MAX;
+	for (size_t i = 0; i < queued; i++)
+		dual->distance[(uint32_t)dual->queue[i]] = UINT32_MAX;
+	for (size_t i = 0; i < stacked; i++)
+		dual->distance[dual->stack[i]] = UINT32_MAX;
+	search->work += 12 * (uint64_t)settled + 4;
+	if (!ball.radius)
+		return 0;
+	dual->ball[dual->ball_count++] = ball;
+	dual->member_count += ball.count;
+	dual->value[terminal] += ball.radius;
+	dual->bound += ball.radius;
+	return ball.radius;
+}
