@@ -43,6 +43,8 @@ struct peer {
 	struct peer *next, *previous;
 	int socket;
 	atomic_llong owes_since_ms; /* since when a request head is owed; 0 while a request is being served */
+	atomic_bool receives;       /* a body is on its way */
+	unsigned seen_gone;         /* times that http_tick found it closed by the client; only its thread uses this */
 };
 
 struct http_request {
@@ -61,6 +63,7 @@ struct http_request {
 struct http_server {
 	struct http_settings settings;
 	struct MHD_Daemon *daemon;
+	MHD_socket quiesced; /* the listening socket, ours again since http_drain; else MHD_INVALID_SOCKET */
 	pthread_mutex_t lock;
 	struct peer *peers;
 	struct http_request *held;
@@ -125,12 +128,25 @@ static void on_connection(void *context, struct MHD_Connection *connection, void
 	}
 }
 
-static void set_owes(struct MHD_Connection *connection, int64_t since_ms)
+static void set_peer(struct MHD_Connection *connection, int64_t owes_since_ms, bool receives)
 {
 	const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
 	struct peer *peer = info ? info->socket_context : NULL;
-	if (peer)
-		atomic_store(&peer->owes_since_ms, since_ms);
+	if (!peer)
+		return;
+	atomic_store(&peer->owes_since_ms, owes_since_ms);
+	atomic_store(&peer->receives, receives);
+}
+
+/* Whether the client has closed while we still wait for bytes of it, found so twice: once it could be that its last
+ * bytes were only just read. */
+static bool is_gone(struct peer *peer)
+{
+	char byte = 0;
+	bool waits = atomic_load(&peer->receives) || atomic_load(&peer->owes_since_ms);
+	bool closed = waits && recv(peer->socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+	peer->seen_gone = closed ? peer->seen_gone + 1 : 0;
+	return peer->seen_gone == 2;
 }
 
 static void close_dawdlers(struct http_server *server, int64_t now_ms)
@@ -139,7 +155,7 @@ static void close_dawdlers(struct http_server *server, int64_t now_ms)
 	pthread_mutex_lock(&server->lock);
 	for (struct peer *peer = server->peers; peer; peer = peer->next) {
 		int64_t since_ms = atomic_load(&peer->owes_since_ms);
-		if (since_ms && now_ms - since_ms > patience_ms)
+		if ((since_ms && now_ms - since_ms > patience_ms) || is_gone(peer))
 			shutdown(peer->socket, SHUT_RDWR);
 	}
 	pthread_mutex_unlock(&server->lock);
@@ -290,11 +306,12 @@ static enum MHD_Result take_head(struct http_request *request, struct MHD_Connec
 	request->connection = connection;
 	request->phase = PHASE_BODY;
 	snprintf(request->method, sizeof request->method, "%s", method);
-	set_owes(connection, 0);
+	set_peer(connection, 0, true);
 	struct api_request head = {request->method, find_header, connection};
-	if (api_exchange_headers(request->exchange, &head) == API_ANSWERED && should_answer_early(request))
-		return send_response(request);
-	return MHD_YES;
+	if (api_exchange_headers(request->exchange, &head) != API_ANSWERED || !should_answer_early(request))
+		return MHD_YES;
+	set_peer(connection, 0, false);
+	return send_response(request);
 }
 
 static enum MHD_Result take_body(struct http_request *request, const char *bytes, size_t size)
@@ -309,6 +326,7 @@ static enum MHD_Result take_body(struct http_request *request, const char *bytes
 
 static enum MHD_Result take_end(struct http_request *request)
 {
+	set_peer(request->connection, 0, false);
 	enum api_state state = request->phase == PHASE_HELD ? api_exchange_resume(request->exchange)
 							    : api_exchange_end(request->exchange);
 	if (state != API_HELD)
@@ -360,7 +378,7 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 	*request_context = NULL;
 	double seconds = (double)(now_us() - request->started_us) / 1e6;
 	if (request->connection) {
-		set_owes(connection, now_us() / 1000);
+		set_peer(connection, now_us() / 1000, false);
 		metrics_count_request(server->settings.metrics, api_exchange_route(request->exchange), request->status,
 				      seconds);
 		log_request(request, seconds, code);
@@ -416,6 +434,7 @@ enum tw_status http_start(struct http_server **server, const struct http_setting
 	if (!made)
 		return tw_fail_memory(error);
 	made->settings = *settings;
+	made->quiesced = MHD_INVALID_SOCKET;
 	pthread_mutex_init(&made->lock, NULL);
 	made->daemon = start_daemon(made);
 	if (!made->daemon) {
@@ -445,9 +464,10 @@ void http_tick(struct http_server *server, bool jobs_changed)
 void http_drain(struct http_server *server)
 {
 	atomic_store(&server->draining, true);
-	MHD_socket socket = MHD_quiesce_daemon(server->daemon);
-	if (socket != MHD_INVALID_SOCKET)
-		close(socket);
+	/* Shut down, so that clients are refused; not closed, because the threads may still have it in their hands. */
+	server->quiesced = MHD_quiesce_daemon(server->daemon);
+	if (server->quiesced != MHD_INVALID_SOCKET)
+		shutdown(server->quiesced, SHUT_RDWR);
 	resume_held(server, true);
 }
 
@@ -462,6 +482,8 @@ void http_stop(struct http_server *server)
 		return;
 	resume_held(server, true);
 	MHD_stop_daemon(server->daemon);
+	if (server->quiesced != MHD_INVALID_SOCKET)
+		close(server->quiesced);
 	pthread_mutex_destroy(&server->lock);
 	free(server);
 }

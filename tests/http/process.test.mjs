@@ -248,14 +248,22 @@ test('a large upload does not make the daemon grow', { skip: isInstrumented }, a
   });
 });
 
-test('an upload that breaks off leaves nothing behind that counts', async () => {
+test('uploads that break off, early or late, leave nothing behind', async () => {
   await withService({}, async (service) => {
-    const socket = connect(Number(new URL(service.url).port), '127.0.0.1');
-    socket.write('POST /v1/meshes HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 5000000\r\n\r\n');
-    socket.write(Buffer.alloc(3000000, 'v'));
-    await sleep(200);
-    socket.destroy();
-    await until('the request has ended', () => service.log.includes('aborted=true'));
+    for (let i = 0; i < 20; i++) {
+      const socket = connect(Number(new URL(service.url).port), '127.0.0.1').on('error', () => {});
+      socket.write('POST /v1/meshes HTTP/1.1\r\nHost: x\r\nContent-Type: model/obj\r\nContent-Length: 5000000\r\n\r\n');
+      socket.write(Buffer.alloc(3000000, 'v'));
+      await sleep([200, 20, 5, 0][i % 4]);
+      socket.destroy();
+    }
+    // Long before the idle timeout; the one connection is that of the question.
+    await until(
+      'only we are connected',
+      async () => (await service.get('/metrics')).text.includes('tightwire_http_connections 1\n'),
+      10,
+    );
+    assert.match(service.log, /aborted=true/);
     assert.deepEqual((await service.get('/v1/meshes')).json.items, []);
     assert.equal((await service.get('/readyz')).status, 200);
   });
