@@ -351,7 +351,7 @@ static enum tw_status draw(struct draft *draft, struct tw_error *error)
 		.count = draft->path.count,
 		.tolerance = smoother->rules->tolerance_mm,
 		.minimum_radius = smoother->rules->minimum_radius_mm,
-		.bend_price = smoother->rules->strip_width_mm / 3,
+		.bend_price = smoother->rules->strip_width_mm,
 		.allowed = leg_allowed,
 		.context = draft,
 	};
