@@ -1,5 +1,4 @@
-/* Mesh, count, order, flatten, refine. The vertex count is steered by the edge length first and then met exactly, by
- * splitting the longest inner edges or collapsing the shortest. */
+/* Mesh, count, order, flatten, refine. The vertex count is steered by the edge length: mesh, count, correct, again. */
 #include "solver/sample/half.h"
 
 #include "solver/sample/flatten.h"

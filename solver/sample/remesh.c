@@ -65,30 +65,20 @@ static bool may_vanish(const struct surface *surface, uint32_t vertex, uint32_t 
 /* Ends of an inner side have two common neighbours, those of a border side one; more would pinch the surface. */
 static bool link_condition(const struct surface *surface, uint32_t a, uint32_t b, uint32_t wanted)
 {
-	uint32_t ring[SURFACE_RING], other[SURFACE_RING];
-	bool closed, other_closed;
-	uint32_t n = surface_ring(surface, a, ring, &closed), m = surface_ring(surface, b, other, &other_closed),
-		 common = 0;
-	if (n >= SURFACE_RING - 2 || m >= SURFACE_RING - 2 || (wanted == 2 && !closed && !other_closed))
+	uint32_t ring[SURFACE_RING], common = 0;
+	bool a_closed, b_closed;
+	uint32_t a_count = surface_ring(surface, a, ring, &a_closed),
+		 b_count = surface_ring(surface, b, ring, &b_closed);
+	if (a_count < 2 || b_count < 2 || a_count + b_count >= SURFACE_RING || (wanted == 2 && !a_closed && !b_closed))
 		return false;
-	uint32_t seen[2 * SURFACE_RING], seen_count = 0;
-	for (uint32_t i = 0; i < m; i++)
-		for (int k = 0; k < 3; k++) {
-			uint32_t v = surface->corner[other[i]][k];
-			bool known = v == a || v == b;
-			for (uint32_t s = 0; s < seen_count && !known; s++)
-				known = seen[s] == v;
-			if (!known && seen_count < 2 * SURFACE_RING)
-				seen[seen_count++] = v;
-		}
-	for (uint32_t s = 0; s < seen_count; s++) {
-		bool found = false;
-		for (uint32_t i = 0; i < n && !found; i++)
-			for (int k = 0; k < 3; k++)
-				found = found || surface->corner[ring[i]][k] == seen[s];
-		common += found;
+	for (uint32_t i = 0; i < b_count; i++) {
+		const uint32_t *corner = surface->corner[ring[i]];
+		int k = surface_corner_of(surface, ring[i], b);
+		uint32_t v = corner[corner_next(k)], last = corner[corner_previous(k)];
+		common += v != a && surface_joined(surface, a, v);
+		common += !b_closed && i + 1 == b_count && last != a && surface_joined(surface, a, last);
 	}
-	return common == wanted && n > 1 && m > 1;
+	return common == wanted;
 }
 
 /* Area-weighted normal of the faces around a vertex: steady also where single faces are slivers. */
