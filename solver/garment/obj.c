@@ -79,7 +79,7 @@ static enum tw_status count_lines(struct obj *obj)
 			corners++;
 	}
 	enum tw_status status = check_counts(vertices, polygons, obj->error);
-	if (status == TW_OK)
+	if (status == TW_OK) /* a vertex lies in few pieces, a face has few corners */
 		status = check_counts(coords / 4, corners / 4, obj->error);
 	if (status != TW_OK)
 		return status;
@@ -133,20 +133,32 @@ static enum tw_status read_numbers(struct obj *obj, struct text *line, const cha
 	return TW_OK;
 }
 
+static enum tw_status bad_corner(const struct obj *obj)
+{
+	return fail_at_line(obj->error, "mesh-bad-line", obj->line,
+			    "a corner of a face is not of the form v, v/vt, v//vn or v/vt/vn");
+}
+
 /* An OBJ index counts from 1, or backwards from what was read so far. */
 static enum tw_status read_index(struct obj *obj, struct text *word, const char *what, uint32_t so_far, uint32_t count,
 				 uint32_t *index)
 {
 	int64_t number = 0;
 	if (!text_take_integer(word, &number) || (word->at < word->end && *word->at != '/'))
-		return fail_at_line(obj->error, "mesh-bad-line", obj->line,
-				    "a corner of a face is not of the form v, v/vt, v//vn or v/vt/vn");
+		return bad_corner(obj);
 	int64_t place = number < 0 ? (int64_t)so_far + number : number - 1;
 	if (number == 0 || place < 0 || place >= count)
 		return fail_at_line(obj->error, "mesh-bad-index", obj->line,
 				    "%s index %lld is out of range: the file has %u", what, (long long)number, count);
 	*index = (uint32_t)place;
 	return TW_OK;
+}
+
+static bool take_slash(struct text *word)
+{
+	bool slash = word->at < word->end && *word->at == '/';
+	word->at += slash;
+	return slash;
 }
 
 /* What stands behind the second slash must still be an index, though normals are not used. */
@@ -156,31 +168,25 @@ static bool is_normal_index(struct text word)
 	return text_take_integer(&word, &ignored) && word.at == word.end;
 }
 
+/* One of v, v/vt, v//vn and v/vt/vn. */
 static enum tw_status read_corner(struct obj *obj, struct text word)
 {
 	struct soup *soup = obj->soup;
+	bool has_coord = false;
 	enum tw_status status =
 		read_index(obj, &word, "vertex", obj->vertex, soup->vertex_count, &soup->corner_vertex[obj->corner]);
 	if (status != TW_OK)
 		return status;
-	bool has_coord = false;
-	if (word.at < word.end) {
-		word.at++;
-		has_coord = word.at < word.end && *word.at != '/';
+	if (take_slash(&word)) {
+		has_coord = word.at == word.end || *word.at != '/';
 		if (has_coord)
 			status = read_index(obj, &word, "texture coordinate", obj->coord, soup->coord_count,
 					    &soup->corner_coord[obj->corner]);
 		if (status != TW_OK)
 			return status;
 	}
-	bool slash = word.at < word.end;
-	if (slash) {
-		word.at++;
-		slash = !is_normal_index(word);
-	}
-	if (slash)
-		return fail_at_line(obj->error, "mesh-bad-line", obj->line,
-				    "a corner of a face is not of the form v, v/vt, v//vn or v/vt/vn");
+	if (take_slash(&word) && !is_normal_index(word))
+		return bad_corner(obj);
 	if (obj->corner > 0 && has_coord != obj->has_coords)
 		return fail_at_line(obj->error, "mesh-mixed-coords", obj->line,
 				    "some corners have a texture coordinate and some have none; give one to every "

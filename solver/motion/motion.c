@@ -9,8 +9,7 @@
 /* A wearer does not leave a kilometre; what does is damaged or has a wrong unit. */
 static const float position_limit_mm = 1e6F;
 
-/* --- memory as a source ---------------------------------------------------------------------------------------------
- */
+/* --- memory as a source ------------------------------------------------------------------------ */
 
 static enum tw_status memory_read(void *context, void *bytes, size_t size, size_t *got, struct tw_error *error)
 {
@@ -37,8 +36,7 @@ struct byte_source byte_source_memory(struct byte_memory *memory)
 		.read = memory_read, .rewind = memory_rewind, .context = memory, .size = memory->size};
 }
 
-/* --- for the codecs
- * --------------------------------------------------------------------------------------------------- */
+/* --- for the codecs ---------------------------------------------------------------------------- */
 
 enum tw_status reader_read(struct motion_reader *reader, void *bytes, size_t size, size_t *got, struct tw_error *error)
 {
@@ -116,8 +114,7 @@ enum tw_status reader_expect_end(struct motion_reader *reader, struct tw_error *
 		       reader->info.frame_count);
 }
 
-/* --- the reader
- * ------------------------------------------------------------------------------------------------------- */
+/* --- the reader -------------------------------------------------------------------------------- */
 
 /* By the first bytes; a tar has its mark at 257. MDD has no mark: it must begin with plausible counts. */
 static enum motion_format sniff(const unsigned char *bytes, size_t size, uint32_t expected)

@@ -64,8 +64,7 @@ static uint32_t predict(const struct packing *packing, const uint32_t *grid, siz
 	return 2 * packing->last[1][i] - grid[i];
 }
 
-/* --- packing
- * ---------------------------------------------------------------------------------------------------------- */
+/* --- packing ----------------------------------------------------------------------------------- */
 
 struct motion_packer {
 	struct packing packing;
@@ -177,8 +176,7 @@ enum tw_status motion_pack(struct motion_reader *reader, motion_pack_write *writ
 	return status;
 }
 
-/* --- reading
- * ---------------------------------------------------------------------------------------------------------- */
+/* --- reading ----------------------------------------------------------------------------------- */
 
 static void close_packing(void *state)
 {

@@ -274,8 +274,7 @@ static void motion_in_another_unit_or_order_does_not_fit(void **state)
 	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
 }
 
-/* --- packed motions
- * --------------------------------------------------------------------------------------------------- */
+/* --- packed motions ---------------------------------------------------------------------------- */
 
 /* Smooth paths through a few metres, with a jump, in `frames` frames of VERTICES points. */
 static float smooth(int frame, int i)
@@ -370,8 +369,7 @@ static void damaged_packed_motions_are_errors(void **state)
 	assert_string_equal(s->error.where, "frame 0");
 }
 
-/* --- OBJ sequences
- * ---------------------------------------------------------------------------------------------------- */
+/* --- OBJ sequences ----------------------------------------------------------------------------- */
 
 static void add_tar_entry(struct stream *s, const char *name, char type, const char *data, size_t size)
 {
