@@ -78,6 +78,12 @@ static json_t *show_field(const struct field *field, const struct field_options 
 			 "largest_density_mpa", density, "preset_changes", field_options_changes(asked));
 }
 
+static int show_weighing(void *context, double share)
+{
+	struct tw_error stopped;
+	return work_step(context, 0.5 + 0.5 * share, "weights", &stopped) != TW_OK;
+}
+
 static enum tw_status compute(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
 			      struct field *field, size_t *motion_count, struct tw_error *error)
 {
@@ -85,11 +91,11 @@ static enum tw_status compute(struct work *work, const struct cached_mesh *mesh,
 	if (!density)
 		return tw_fail_memory(error);
 	enum tw_status status = find_worst(work, mesh, options, density, motion_count, error);
-	if (status == TW_OK)
-		status = work_step(work, 0.5, "weights", error);
-	return status == TW_OK ? field_weigh(field, work->arena, &mesh->garment, &mesh->topology, density, options,
-					     NULL, work->threads, error)
-			       : status;
+	if (status != TW_OK)
+		return status;
+	const struct field_watch watch = {show_weighing, work};
+	return field_weigh_watched(field, work->arena, &mesh->garment, &mesh->topology, density, options, NULL,
+				   work->threads, &watch, error);
 }
 
 enum tw_status job_compute_field(struct work *work, struct tw_error *error)

@@ -7,6 +7,7 @@
 #include "solver/parallel.h"
 
 #include <math.h>
+#include <stdatomic.h>
 
 enum {
 	SMALLEST_BITS = 20, /* the smallest positive cost becomes at least 2^20 units */
@@ -28,6 +29,9 @@ struct weighing {
 	const uint8_t *seam_vertex;                             /* [vertex_count]; NULL without a price */
 	double *cost;                                           /* [edge_count]; INFINITY where forbidden */
 	float *coverage;                                        /* [edge_count] */
+	const struct field_watch *watch;                        /* may be NULL */
+	atomic_uint weighed;                                    /* edges */
+	atomic_bool stop;                                       /* the watch said so */
 };
 
 static double side_length(const struct garment *garment, uint32_t face, uint8_t side)
@@ -85,13 +89,18 @@ static double edge_cost(const struct weighing *w, unsigned thread, uint32_t edge
 
 static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t end)
 {
-	const struct weighing *w = context;
+	struct weighing *w = context;
+	if (atomic_load(&w->stop))
+		return;
 	for (uint32_t e = first; e < end; e++) {
 		struct strip strip;
 		strip_edge(w->walker[thread], e, w->options->strip_width_mm, &strip);
 		w->coverage[e] = (float)strip_coverage(&strip);
 		w->cost[e] = edge_cost(w, thread, e, &strip);
 	}
+	uint32_t weighed = atomic_fetch_add(&w->weighed, end - first) + end - first;
+	if (thread == 0 && w->watch && w->watch->progress(w->watch->context, (double)weighed / w->topology->edge_count))
+		atomic_store(&w->stop, true);
 }
 
 /* Coordinates or densities beyond all measure show here, whatever way they came in. */
@@ -209,12 +218,15 @@ static enum tw_status weigh(struct weighing *w, struct arena *arena, const struc
 	}
 	if (!status)
 		parallel_for(threads, field->edge_count, EDGES_A_PART, weigh_edges, w);
+	if (!status && atomic_load(&w->stop))
+		status = tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the weighing was cancelled");
 	return status;
 }
 
-enum tw_status field_weigh(struct field *field, struct arena *arena, const struct garment *garment,
-			   const struct topology *topology, const double *density, const struct field_options *options,
-			   const struct field_constraints *constraints, unsigned threads, struct tw_error *error)
+enum tw_status field_weigh_watched(struct field *field, struct arena *arena, const struct garment *garment,
+				   const struct topology *topology, const double *density,
+				   const struct field_options *options, const struct field_constraints *constraints,
+				   unsigned threads, const struct field_watch *watch, struct tw_error *error)
 {
 	uint64_t *weight = ARENA_ARRAY(arena, topology->edge_count, uint64_t);
 	float *coverage = ARENA_ARRAY(arena, topology->edge_count, float);
@@ -238,6 +250,7 @@ enum tw_status field_weigh(struct field *field, struct arena *arena, const struc
 		.constraints = constraints,
 		.cost = ARENA_ARRAY(arena, topology->edge_count, double),
 		.coverage = coverage,
+		.watch = watch,
 	};
 	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
 	status = weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
@@ -250,6 +263,14 @@ enum tw_status field_weigh(struct field *field, struct arena *arena, const struc
 	}
 	arena_release(arena, mark);
 	return status;
+}
+
+enum tw_status field_weigh(struct field *field, struct arena *arena, const struct garment *garment,
+			   const struct topology *topology, const double *density, const struct field_options *options,
+			   const struct field_constraints *constraints, unsigned threads, struct tw_error *error)
+{
+	return field_weigh_watched(field, arena, garment, topology, density, options, constraints, threads, NULL,
+				   error);
 }
 
 enum tw_status field_compute(struct field *field, struct arena *arena, const struct garment *garment,

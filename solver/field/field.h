@@ -47,6 +47,20 @@ enum tw_status field_weigh(struct field *field, struct arena *arena, const struc
 			   const struct field_constraints *constraints, unsigned threads,
 			   struct tw_error *error) TW_NODISCARD;
 
+/* Told now and then, by the calling thread alone, what share of the edges is weighed; a true answer ends the weighing
+ * with TW_ERROR_CANCELLED. */
+struct field_watch {
+	int (*progress)(void *context, double share);
+	void *context;
+};
+
+/* field_weigh under a watch, which may be NULL. */
+enum tw_status field_weigh_watched(struct field *field, struct arena *arena, const struct garment *garment,
+				   const struct topology *topology, const double *density,
+				   const struct field_options *options, const struct field_constraints *constraints,
+				   unsigned threads, const struct field_watch *watch,
+				   struct tw_error *error) TW_NODISCARD;
+
 /* value[f] = (density[f] + eta) * multiplier[f], what strips integrate (strip.h) to give the field's own costs. */
 void field_value(const struct field *field, const struct field_constraints *constraints, double *value);
 

@@ -264,6 +264,27 @@ static void what_cannot_be_weighed_is_an_error_that_names_the_place(void **state
 	arena_free(s.arena);
 }
 
+static int stop_halfway(void *context, double share)
+{
+	*(double *)context = share;
+	return share >= 0.5;
+}
+
+static void weighing_tells_its_progress_and_can_be_cancelled(void **state)
+{
+	(void)state;
+	struct setting s;
+	double reached = 0;
+	struct tw_error error;
+	const struct field_watch watch = {stop_halfway, &reached};
+	setting_open(&s);
+	assert_int_equal(field_weigh_watched(&s.field, s.arena, &s.garment, &s.topology, s.density, &s.options, NULL, 1,
+					     &watch, &error),
+			 TW_ERROR_CANCELLED);
+	assert_true(reached >= 0.5 && reached < 1);
+	arena_free(s.arena);
+}
+
 static void a_small_budget_is_an_error_and_no_crash(void **state)
 {
 	(void)state;
@@ -327,6 +348,7 @@ int main(void)
 		cmocka_unit_test(baselines_count_edges_or_their_length),
 		cmocka_unit_test(keep_outs_multipliers_free_edges_and_seams_change_what_they_say),
 		cmocka_unit_test(what_cannot_be_weighed_is_an_error_that_names_the_place),
+		cmocka_unit_test(weighing_tells_its_progress_and_can_be_cancelled),
 		cmocka_unit_test(a_small_budget_is_an_error_and_no_crash),
 		cmocka_unit_test(a_field_survives_storage_and_damage_is_noticed),
 	};
