@@ -321,8 +321,23 @@ static uint32_t choose_vertex(const struct cut_search *cut, double *share)
 	return best;
 }
 
+/* A forest is a tree that spans the terminals if it touches one vertex more than it has edges, the terminals among
+ * them. */
+static int spans_terminals(const struct primal_tree *tree)
+{
+	const struct instance *instance = tree->instance;
+	uint32_t touched = 0;
+	for (uint32_t v = 0; v < instance->vertex_count; v++)
+		touched += tree->degree[v] > 0;
+	for (uint32_t t = 0; t < instance->terminal_count; t++)
+		if (!tree->degree[instance->terminal[t]])
+			return 0;
+	return touched == tree->edge_count + 1;
+}
+
 /* All vertices are decided: a minimum spanning tree of those that are in. It is made here, of the instance's edges,
- * because search_offer spans the caller's edges behind them. */
+ * because search_offer spans the caller's edges behind them. Where deletion by reduced costs took the last way to a
+ * terminal, the node has no better tree, and there is nothing to offer. */
 static enum tw_status offer_spanning_tree(struct cut_search *cut)
 {
 	struct search *search = cut->search;
@@ -337,7 +352,8 @@ static enum tw_status offer_spanning_tree(struct cut_search *cut)
 			    (cut->problem.allowed[2 * e] || cut->problem.allowed[2 * e + 1]))
 				edges[count++] = e;
 		primal_tree_set(&tree, edges, count, 1);
-		status = search_offer(search, tree.edge, tree.edge_count);
+		if (spans_terminals(&tree))
+			status = search_offer(search, tree.edge, tree.edge_count);
 	}
 	arena_release(search->arena, mark);
 	return status;
