@@ -308,7 +308,11 @@ static void results_come_back_as_they_were_written(void **state)
 		values[i] = (double)i / 7;
 	struct tw_array arrays[] = {{"density", TW_F64, 2, rows, values}, {"empty", TW_U32, 3, 0, NULL}};
 	struct job_artifact artifacts[] = {{"pattern.svg", "image/svg+xml", "<svg/>", 6}};
-	struct job_result result = {"{\"n\":1}", arrays, 2, artifacts, 1};
+	struct job_result result = {.summary = "{\"n\":1}",
+				    .arrays = arrays,
+				    .array_count = 2,
+				    .artifacts = artifacts,
+				    .artifact_count = 1};
 	fixture_create(f, RESOURCE_FIELD, NULL, NULL, NULL, id);
 	struct job_ticket ticket = fixture_claim(f);
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
