@@ -79,7 +79,7 @@ static void find_ends(struct cutter *cutter)
 
 static uint32_t other_end(const struct network *network, uint32_t edge, uint32_t node)
 {
-	const uint32_t *end = &network->graph.ends[2 * (size_t)edge];
+	const uint32_t *end = network->graph.ends + 2 * (size_t)edge;
 	return end[0] == node ? end[1] : end[0];
 }
 

@@ -97,7 +97,7 @@ static void lay_in_face(const struct network *network, uint32_t face, uint32_t f
 
 uint32_t network_lay(const struct network *network, uint32_t edge, uint32_t from_node, struct laid_edge laid[2])
 {
-	const uint32_t *end = &network->graph.ends[2 * (size_t)edge];
+	const uint32_t *end = network->graph.ends + 2 * (size_t)edge;
 	uint32_t to_node = end[0] == from_node ? end[1] : end[0];
 	bool extra = edge >= network->mesh_edge_count;
 	laid[0] = laid[1] = (struct laid_edge){0};

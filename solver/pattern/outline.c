@@ -181,7 +181,7 @@ enum tw_status outline_build(struct outline *outline, struct arena *arena, const
 		builder.partner[i] = GARMENT_NONE;
 	chain(&builder);
 	for (uint32_t i = 0; i < outline->segment_count; i++) {
-		uint32_t *pair = &builder.partner[2 * (size_t)outline->segment[i].edge];
+		uint32_t *pair = builder.partner + 2 * (size_t)outline->segment[i].edge;
 		pair[pair[0] != GARMENT_NONE] = i;
 	}
 	find_seams(&builder);

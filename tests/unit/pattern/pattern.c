@@ -162,6 +162,9 @@ static void a_view_sees_the_near_side(void **state)
 		for (uint32_t v = 0; v < garment.vertex_count; v++) {
 			const double *x = &garment.position[3 * (size_t)v];
 			double towards = back ? -x[2] : x[2];
+			/* The cells of the lowest hem have their middles below it. */
+			if (x[1] == 0)
+				continue;
 			if (towards > 30) {
 				assert_true(view_sees(&view, x, 8));
 				seen++;
