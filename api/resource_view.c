@@ -146,8 +146,9 @@ enum tw_status resource_show(struct api_call *call, const struct resource *resou
 	json_object_set_new(made, "state", json_string(job_state_name(resource->job.state)));
 	json_object_set_new(made, "created_at", json_time(resource->created_ms));
 	enum tw_status status = add_origin(call, made, resource, error);
-	json_object_set_new(made, resource->kind == RESOURCE_LAYOUT ? "request" : "options",
-			    json_embed(resource->options));
+	if (resource->options)
+		json_object_set_new(made, resource->kind == RESOURCE_LAYOUT ? "request" : "options",
+				    json_embed(resource->options));
 	json_object_set_new(made, "summary", json_embed(resource->summary));
 	json_object_set_new(made, "problem", job_show_problem(&resource->job));
 	json_object_set_new(made, "job", job_show(&resource->job));

@@ -85,13 +85,13 @@ enum tw_status resource_list(struct store *store, const struct resource_query *q
 {
 	uint32_t limit = query->limit < 1 ? 1 : query->limit > 1000 ? 1000 : query->limit;
 	struct sql q =
-		query->needs ? sql_query(store, "SELECT r.number, " ROW_RESOURCE_COLUMNS
+		query->needs ? sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
 						" FROM resource r JOIN job j ON j.resource = r.number"
 						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
 						" AND r.number IN (SELECT n.resource FROM need n JOIN resource m ON "
 						"m.number = n.needed"
 						"  WHERE m.id = ?5) ORDER BY r.number DESC LIMIT ?4")
-			     : sql_query(store, "SELECT r.number, " ROW_RESOURCE_COLUMNS
+			     : sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
 						" FROM resource r JOIN job j ON j.resource = r.number"
 						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
 						" ORDER BY r.number DESC LIMIT ?4");

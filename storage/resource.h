@@ -14,7 +14,7 @@ struct resource {
 	char id[STORE_ID_SIZE];
 	enum resource_kind kind;
 	char *name;    /* owned, UTF-8; "" where none was given */
-	char *options; /* owned, JSON: what was asked, in full, so that it can be computed again */
+	char *options; /* owned, JSON: what was asked, in full, so that it can be computed again; NULL in a list */
 	char *summary; /* owned, JSON: what came out; NULL until the job has succeeded */
 	int64_t created_ms;
 	struct job job;

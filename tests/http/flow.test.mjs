@@ -110,6 +110,8 @@ test('a layout has the bytes of the command line', async () => {
 test('layouts list by their field, fields by their mesh', async () => {
   const { json } = await service.get(`/v1/layouts?field=${field.id}&limit=1`);
   assert.equal(json.items[0].field, field.id);
+  assert.equal(json.items[0].request, undefined);
+  assert.deepEqual((await service.get(json.items[0].href)).json.request.field, field.id);
   assert.match(json.next, new RegExp(`field=${field.id}`));
   assert.deepEqual((await service.get('/v1/layouts?field=field_x')).json.items, []);
   assert.deepEqual((await service.get(`/v1/fields?mesh=${mesh.id}`)).json.items.map((item) => item.id), [field.id]);
