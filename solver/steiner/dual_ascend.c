@@ -9,6 +9,7 @@
 #include <string.h>
 
 enum { GROUP_LEAST = 2, GROUP_MOST = 7 };
+enum { COARSE_FACTOR = 150, FINE_FACTOR = 110, MANY_TERMINALS = 24 }; /* factors in per cent */
 
 static uint64_t draw(struct dual *dual, uint64_t below)
 {
@@ -56,7 +57,7 @@ static void shuffle(struct dual *dual, uint32_t *group, uint32_t count)
 	}
 }
 
-enum tw_status dual_ascend(struct dual *dual, struct search *search)
+enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned factor_percent)
 {
 	uint32_t count = 0, *growing = ARENA_ARRAY(dual->arena, dual->instance->terminal_count, uint32_t);
 	if (!growing)
@@ -68,7 +69,7 @@ enum tw_status dual_ascend(struct dual *dual, struct search *search)
 			if (dual->near_distance[t] < least)
 				least = dual->near_distance[t];
 		}
-	return ascend(dual, search, growing, count, least / 2 + 1, 150);
+	return ascend(dual, search, growing, count, least / 2 + 1, factor_percent);
 }
 
 /* The terminal closest to the middle of those that come after `last` in the order of middle. */
@@ -183,11 +184,12 @@ enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t e
 }
 
 /* A dual with this root, improved a little. */
-static enum tw_status ascend_from(struct dual *dual, struct search *search, uint32_t root, uint64_t effort)
+static enum tw_status ascend_from(struct dual *dual, struct search *search, uint32_t root, unsigned factor_percent,
+				  uint64_t effort)
 {
 	enum tw_status status = dual_init(dual, search, root);
 	if (status == TW_OK)
-		status = dual_ascend(dual, search);
+		status = dual_ascend(dual, search, factor_percent);
 	if (status == TW_OK && effort)
 		status = dual_improve(dual, search, effort, search_cutoff(search));
 	search_bound(search, dual_fine_bound(dual));
@@ -200,19 +202,24 @@ enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint32
 	enum tw_status status = dual_init(dual, search, 0);
 	if (status != TW_OK)
 		return status;
-	struct dual trial = *dual; /* for the order of its terminals */
-	uint32_t best = next_in_middle(&trial, INSTANCE_NONE), root = best;
+	struct dual order = *dual;
+	uint32_t best = next_in_middle(&order, INSTANCE_NONE), root = best;
+	unsigned factor = COARSE_FACTOR;
 	uint64_t best_bound = 0;
-	for (uint32_t i = 0; candidates > 1 && i < candidates && root != INSTANCE_NONE && status == TW_OK; i++) {
+	/* With many terminals the finer turns are worth a last try. */
+	uint32_t tries = candidates + (order.instance->terminal_count >= MANY_TERMINALS);
+	for (uint32_t i = 0; tries > 1 && i < tries && root != INSTANCE_NONE && status == TW_OK; i++) {
 		struct arena_mark mark = arena_mark(search->arena);
-		status = ascend_from(dual, search, root, effort);
+		int last = i >= candidates;
+		status = ascend_from(dual, search, last ? best : root, last ? FINE_FACTOR : COARSE_FACTOR, effort);
 		if (status == TW_OK && dual->bound > best_bound) {
-			best = root;
+			best = last ? best : root;
+			factor = last ? FINE_FACTOR : COARSE_FACTOR;
 			best_bound = dual->bound;
 		}
 		arena_release(search->arena, mark);
 		for (uint32_t j = 0; j < stride && root != INSTANCE_NONE; j++)
-			root = next_in_middle(&trial, root);
+			root = next_in_middle(&order, root);
 	}
-	return status == TW_OK ? ascend_from(dual, search, best, effort) : status;
+	return status == TW_OK ? ascend_from(dual, search, best, factor, effort) : status;
 }

@@ -17,8 +17,9 @@
 #include "solver/steiner/reduce.h"
 
 /* Work units for each edge; from the second round on they double from round to round. */
-enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 300, PRIMAL_SHARE = 40, PROGRAM_SHARE = 250 };
+enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 400, PRIMAL_SHARE = 40, PROGRAM_SHARE = 200 };
 enum { LEAST_BUDGET = 10000000, MOST_ROUNDS = 20, RACERS = 4 };
+enum { CUT_TERMINALS = 64, CUT_EDGES = 20000, CUT_ROUND = 4 };
 
 /* Branch and cut on what deletion and reductions leave of the instance. */
 static enum tw_status delete_and_cut(struct search *search, const struct dual *dual)
@@ -102,6 +103,16 @@ static enum tw_status run_program(struct search *search, const struct dual *dual
 	return status;
 }
 
+/* Linear programs of a whole mesh are no match for dynamic programming while terminals are few: those wait some rounds.
+ */
+static int is_due_for_cuts(const struct search *search, unsigned round)
+{
+	const struct instance *instance = &search->instance;
+	if (!search_uses(search, STEINER_DYNAMIC))
+		return 1;
+	return round >= (instance->terminal_count > CUT_TERMINALS || instance->edge_count < CUT_EDGES ? 1 : CUT_ROUND);
+}
+
 static enum tw_status run_cuts(struct search *search, const struct dual *dual, uint64_t budget)
 {
 	if (!search_uses(search, STEINER_CUTS))
@@ -123,15 +134,15 @@ enum tw_status prove_optimum(struct search *search, struct dual *dual)
 		uint64_t budget =
 			LEAST_BUDGET + (round ? (PROGRAM_SHARE * edges) << round : FIRST_PROGRAM_SHARE * edges);
 		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;
-		if (may_go_on(search, program) && round)
+		if (may_go_on(search, program) && is_due_for_cuts(search, round))
 			cuts = run_cuts(search, dual, budget);
 		search->stats->seconds_exact += search_clock_s() - started_s;
 		if (!may_go_on(search, program))
 			return program;
-		if (round && !may_go_on(search, cuts))
+		if (cuts != TW_ERROR_UNSUPPORTED && !may_go_on(search, cuts))
 			return cuts;
 		/* Neither can go on with a larger budget. */
-		if (round && program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
+		if (round >= CUT_ROUND && program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
 			return program == TW_ERROR_UNSUPPORTED ? cuts : program;
 	}
 }
