@@ -37,8 +37,6 @@ static enum keyword keyword_of(const struct text *word)
 		{"s", LINE_SKIPPED},  {"l", LINE_SKIPPED},       {"p", LINE_SKIPPED},  {"mtllib", LINE_SKIPPED},
 		{"mg", LINE_SKIPPED},
 	};
-	if (word->at < word->end && *word->at == '#')
-		return LINE_SKIPPED;
 	for (size_t i = 0; i < sizeof keywords / sizeof *keywords; i++) {
 		if (text_equals(word, keywords[i].text))
 			return keywords[i].keyword;

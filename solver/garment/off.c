@@ -21,7 +21,7 @@ bool off_is(struct text file)
 bool off_line_counts(struct text line)
 {
 	struct text word;
-	return text_next_word(&line, &word) && *word.at != '#';
+	return text_next_word(&line, &word);
 }
 
 /* The next line that says something. */

@@ -9,6 +9,7 @@
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <istream>
@@ -182,8 +183,8 @@ class MemoryBuffer : public std::streambuf
 	}
 };
 
-// The lines of a text that count, joined lines as one. The reader of OBJ never meets an `mtllib`, which would make it
-// open a file that the upload names. Seeks to the start only, which is what the readers do.
+// The lines of a text that count, without comments, joined lines as one. The reader of OBJ never meets an `mtllib`,
+// which would make it open a file that the upload names. Seeks to the start only, which is what the readers do.
 class LineBuffer : public std::streambuf
 {
       public:
@@ -203,6 +204,7 @@ class LineBuffer : public std::streambuf
 				for (char &c : joined)
 					c = c == '\n' || c == '\r' || c == '\\' ? ' ' : c;
 			}
+			joined.resize(std::min(joined.size(), joined.find('#'))); // a comment
 			joined.push_back('\n');
 			setg(joined.data(), joined.data(), joined.data() + joined.size());
 			return traits_type::to_int_type(joined[0]);

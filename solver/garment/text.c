@@ -24,6 +24,13 @@ static bool is_continued(const char *start, const char *end)
 	return end > start && end[-1] == '\\';
 }
 
+static bool is_comment(const char *at, const char *end)
+{
+	while (at < end && is_blank(*at))
+		at++;
+	return at < end && *at == '#';
+}
+
 bool text_next_line(struct text *text, struct text *line, uint32_t *lines)
 {
 	if (text->at == text->end)
@@ -32,7 +39,7 @@ bool text_next_line(struct text *text, struct text *line, uint32_t *lines)
 	for (;;) {
 		const char *newline = memchr(text->at, '\n', (size_t)(text->end - text->at));
 		line->end = newline ? newline : text->end;
-		bool continued = newline && is_continued(text->at, newline);
+		bool continued = newline && is_continued(text->at, newline) && !is_comment(line->at, newline);
 		text->at = newline ? newline + 1 : text->end;
 		++*lines;
 		if (!continued || text->at == text->end)
@@ -52,7 +59,8 @@ bool text_next_word(struct text *line, struct text *word)
 	while (at < line->end && (is_blank(*at) || joins_lines(at, line->end)))
 		at++;
 	word->at = at;
-	while (at < line->end && !is_blank(*at) && !joins_lines(at, line->end))
+	bool comment = at < line->end && *at == '#';
+	while (!comment && at < line->end && !is_blank(*at) && !joins_lines(at, line->end))
 		at++;
 	word->end = at;
 	line->at = at;

@@ -102,6 +102,8 @@ static void writings_of_the_same_file_give_the_same_garment(void **state)
 		"v 0 0 0 1 1 1\nv 1e2 0 0\nv +100.000 .1e3 0\nv 0 100 0 1\nvt 0 0 0\nvt 100 0 0\nvt 100 100\nvt 0 100\n"
 		"f 1/1 2/2 3/3\n  f\t1/1 3/3 4/4  \n",
 		"f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n" SQUARE,
+		"\xef\xbb\xbf# C:\\suits\\\n" SQUARE "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n",
+		SQUARE "f 1/1 2/2 3/3 # 4/4\n\t# f 1/1 2/2\nf 1/1 3/3 4/4 #\n",
 	};
 	for (size_t i = 0; i < sizeof writings / sizeof *writings; i++) {
 		assert_imports(f, writings[i]);
