@@ -18,11 +18,13 @@
 #include <signal.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <time.h>
 #include <unistd.h>
 
 #define TICK_MS 50
+#define SPARE_FILES 256
 #define SWEEP_MS 60000
 #define UPLOAD_AGE_MS (60ll * 60 * 1000) /* an upload that nobody has finished for so long is removed */
 
@@ -84,6 +86,19 @@ static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error
 	signal(SIGPIPE, SIG_IGN);
 	daemon->signals = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
 	return daemon->signals >= 0 ? TW_OK : tw_fail(error, TW_ERROR_IO, "signals", NULL, "signalfd failed");
+}
+
+/* A descriptor for each connection, and some for the store and the pipes; as many as the hard limit allows. */
+static void raise_file_limit(int64_t connections)
+{
+	struct rlimit limit;
+	rlim_t wanted = (rlim_t)connections + SPARE_FILES;
+	if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur >= wanted)
+		return;
+	limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+	if (setrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur < wanted)
+		log_event(LOG_LEVEL_WARNING, "file-limit",
+			  "text=\"too few open files are allowed for %lld connections\"", (long long)connections);
 }
 
 static enum tw_status open_api(struct daemon *daemon, struct tw_error *error)
@@ -149,6 +164,7 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 {
 	const struct config *config = &daemon->config;
 	bool loopback_only = !config->key_file[0];
+	raise_file_limit(config->connections);
 	enum tw_status status = open_signals(daemon, error);
 	daemon->metrics = metrics_new();
 	if (!status && !daemon->metrics)

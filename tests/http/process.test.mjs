@@ -219,6 +219,20 @@ test('more connections than the limit wait, and are served when others leave', a
   });
 });
 
+test('a thousand connections are held, also where a shell allows fewer files', async () => {
+  await withService({}, async (service) => {
+    const limits = readFileSync(`/proc/${service.process.pid}/limits`, 'utf8');
+    assert.ok(Number(limits.match(/Max open files +(\d+)/)[1]) >= 1024 + 256);
+    const port = Number(new URL(service.url).port);
+    const idle = Array.from({ length: 900 }, () => connect(port, '127.0.0.1').on('error', () => {}));
+    await until('all are there', async () => {
+      const { text } = await service.get('/metrics');
+      return Number(text.match(/^tightwire_http_connections (\d+)/m)[1]) > 900;
+    });
+    idle.forEach((socket) => socket.destroy());
+  });
+});
+
 // Instrumented builds keep what was freed, so their size says nothing.
 const isInstrumented = /sanitize|thread/.test(tightwire);
 test('a large upload does not make the daemon grow', { skip: isInstrumented }, async () => {
