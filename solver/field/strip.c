@@ -15,7 +15,9 @@
 
 #define NEGLIGIBLE_SHARE 1e-6 /* of the strip: a face that covers less has no say in what missing fabric costs */
 
-#define NEGLIGIBLE_PART 1e-9 /* of a side: a strip that meets less does not cross it, so that rounding opens no way */
+#define SMALLEST_AREA_MM2 1e-9 /* of a strip; what is smaller has no inside that could be told from its sides */
+#define LARGEST_AREA_MM2 1e12  /* a square kilometre; what is larger is no strip */
+#define NEGLIGIBLE_PART 1e-9   /* of a side: a strip that meets less does not cross it, so that rounding opens no way */
 
 enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
 enum { ALL_SIDES = 7 }; /* a bit each */
@@ -291,6 +293,9 @@ void strip_polygon(struct strip_walker *walker, uint32_t face, const double *cor
 		shape.convex.y[i] = corner[2 * (corner_count - 1 - i) + 1];
 	}
 	shape.area = fabs(shape.area);
+	*strip = (struct strip){0};
+	if (!(shape.area > SMALLEST_AREA_MM2 && shape.area < LARGEST_AREA_MM2))
+		return;
 	for (uint32_t i = 0; i < corner_count; i++)
 		for (uint32_t d = 0; d < 2; d++)
 			shape.middle[d] += corner[2 * i + d] / corner_count;
@@ -324,9 +329,9 @@ static void walk_box(struct strip_walker *walker, uint32_t face, const struct si
 void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2], const double b[2], double width_mm,
 		   struct strip *strip)
 {
-	if (a[0] == b[0] && a[1] == b[1])
-		*strip = (struct strip){0};
-	else
+	*strip = (struct strip){0};
+	double dx = b[0] - a[0], dy = b[1] - a[1], area = sqrt(dx * dx + dy * dy) * width_mm;
+	if (area > SMALLEST_AREA_MM2 && area < LARGEST_AREA_MM2)
 		walk_box(walker, face, &(struct side){{a[0], a[1]}, {b[0], b[1]}}, -0.5 * width_mm, 0.5 * width_mm,
 			 ALL_SIDES, strip);
 }

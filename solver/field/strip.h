@@ -45,7 +45,7 @@ enum tw_status strip_walker_new(struct strip_walker **walker, struct arena *aren
 				struct tw_error *error) TW_NODISCARD;
 
 /* `corner` [corner_count][2] mm: convex, 3…STRIP_CORNERS corners, either orientation, in the pattern plane of `face`,
- * which it must touch. */
+ * which it must touch. One without area, or whose corners are no finite numbers, covers nothing. */
 void strip_polygon(struct strip_walker *walker, uint32_t face, const double *corner, uint32_t corner_count,
 		   struct strip *strip);
 

@@ -420,6 +420,12 @@ static void a_segment_is_the_polygon_of_its_corners(void **state)
 	struct strip none;
 	strip_segment(cloth.walker, 0, point, point, 15, &none);
 	assert_true(none.area_mm2 == 0 && strip_coverage(&none) == 0);
+	const double nothing[3][8] = {
+		{20, 20, 20, 20, 20, 20, 20, 20}, {10, 10, 20, 20, 30, 30, 40, 40}, {NAN, 1, 2, 3, INFINITY, 5, 6, 7}};
+	for (int i = 0; i < 3; i++) {
+		strip_polygon(cloth.walker, 0, nothing[i], 4, &none);
+		assert_true(none.area_mm2 == 0 && none.covered_mm2 == 0 && none.face_count == 0);
+	}
 	arena_free(cloth.arena);
 }
 
