@@ -1,6 +1,8 @@
 /* Uploads and blobs: what goes in comes out, in any pieces. */
 #include "tests/unit/storage/fixture.h"
 
+#include <sys/stat.h>
+
 /* Bytes that do not repeat with any chunk. */
 static unsigned char *noise(size_t size)
 {
@@ -212,6 +214,24 @@ static void the_sweep_takes_what_nobody_used(void **state)
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk"), 2);
 	ok(f, upload_discard(f->store, id, &f->error));
 	refused(f, upload_discard(f->store, id, &f->error), TW_ERROR_NOT_FOUND, "no-such-upload");
+}
+
+/* Nor does deleting write what it deletes: the log stays small. */
+static void deleting_a_large_upload_writes_little(void **state)
+{
+	struct fixture *f = *state;
+	unsigned char *bytes = noise(16 * BLOB_CHUNK);
+	struct upload *upload = begin(f, UINT64_MAX);
+	char log[160];
+	struct stat after;
+	ok(f, upload_write(upload, bytes, 16 * BLOB_CHUNK, &f->error));
+	free(bytes);
+	assert_int_equal(sqlite3_exec(f->oracle, "PRAGMA wal_checkpoint(TRUNCATE)", NULL, NULL, NULL), SQLITE_OK);
+	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
+	upload_free(upload);
+	snprintf(log, sizeof log, "%s-wal", f->path);
+	assert_int_equal(stat(log, &after), 0);
+	assert_true(after.st_size < 2 * BLOB_CHUNK);
 }
 
 /* Space of deleted data goes back to the file system, bit by bit. */
