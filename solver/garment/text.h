@@ -12,9 +12,8 @@ struct text {
 	const char *end;
 };
 
-/* The next logical line, without its end; a backslash before the line end joins the next line to it, but
- * for comments. False at the end
- * of the text. *lines grows by the physical lines taken. */
+/* The next logical line, without its end; a backslash before the line end joins the next line to it, except in
+ * comments. False at the end of the text. *lines grows by the physical lines taken. */
 bool text_next_line(struct text *text, struct text *line, uint32_t *lines);
 
 /* The next word between blanks (space, tab, carriage return, joined line ends); false when there is none before the end
