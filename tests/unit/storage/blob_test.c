@@ -256,7 +256,7 @@ int main(void)
 		TEST(a_resumed_upload_is_the_same_upload),   TEST(two_writers_of_one_upload_do_not_mix),
 		TEST(an_upload_beyond_its_limit_is_refused), TEST(a_long_name_is_cut_between_characters),
 		TEST(the_sweep_takes_what_nobody_used),      TEST(the_sweep_makes_the_file_smaller),
-		TEST(the_sweep_takes_what_nobody_used),      TEST(deleting_a_large_upload_writes_little),
+		TEST(deleting_a_large_upload_writes_little),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
