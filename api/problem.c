@@ -9,15 +9,25 @@ static const struct {
 	const char *type;
 	unsigned status;
 } own_status[] = {
-	{"json-malformed", 400},    {"json-too-deep", 400},
-	{"malformed-query", 400},   {"malformed-multipart", 400},
-	{"malformed-header", 400},  {"incomplete-body", 400},
-	{"invalid-parameter", 400}, {"option-unknown", 400},
-	{"unknown-parameter", 400}, {"invalid-cursor", 400},
-	{"unauthorized", 401},      {"method-not-allowed", 405},
-	{"not-acceptable", 406},    {"unsupported-media-type", 415},
-	{"uri-too-long", 414},      {"method-not-implemented", 501},
-	{"not-ready", 503},         {"idempotency-key-reused", 422},
+	{"json-malformed", 400},
+	{"json-too-deep", 400},
+	{"malformed-query", 400},
+	{"malformed-multipart", 400},
+	{"malformed-header", 400},
+	{"incomplete-body", 400},
+	{"invalid-parameter", 400},
+	{"option-unknown", 400},
+	{"unknown-parameter", 400},
+	{"invalid-cursor", 400},
+	{"unauthorized", 401},
+	{"method-not-allowed", 405},
+	{"not-acceptable", 406},
+	{"unsupported-media-type", 415},
+	{"uri-too-long", 414},
+	{"method-not-implemented", 501},
+	{"not-ready", 503},
+	{"store-busy", 503},
+	{"idempotency-key-reused", 422},
 };
 
 static const struct {
@@ -115,5 +125,7 @@ void problem_respond(struct api_response *response, const struct tw_error *error
 	response->status = problem_status(error);
 	response_header(response, "Content-Type", "application/problem+json");
 	response_header(response, "Cache-Control", "no-store");
+	if (response->status == 503)
+		response_header(response, "Retry-After", "1");
 	json_decref(problem);
 }

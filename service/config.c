@@ -96,8 +96,7 @@ static const struct setting *find_setting(const char *name, size_t length)
 	return NULL;
 }
 
-/* --- the four sources, the weakest first
- * ------------------------------------------------------------------------------ */
+/* --- the four sources, the weakest first ---------------------------------------------------------------------- */
 
 static enum tw_status read_defaults(struct config *config, struct tw_error *error)
 {
