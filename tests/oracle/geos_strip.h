@@ -189,7 +189,14 @@ static inline struct geos_strip geos_walk_side(struct geos_walk *walk, uint32_t 
 	GEOSArea(rectangle, &strip.area_mm2);
 	walk->crossings = 0;
 	walk->laids = 0;
-	walk->crossing[walk->crossings++] = geos_lay(walk, face, a, b, a, b);
+	/* The first face lies where it lies. Laid by a turn of nothing, its side would miss the rectangle's by a
+	 * rounding, of which GEOS makes an empty intersection now and then. */
+	struct geos_place start = {.face = face};
+	for (unsigned k = 0; k < 3; k++) {
+		start.x[k] = geos_pattern(walk, face, k)[0];
+		start.y[k] = geos_pattern(walk, face, k)[1];
+	}
+	walk->crossing[walk->crossings++] = start;
 	size_t done = 0;
 	while (walk->crossings) {
 		size_t best = 0;
