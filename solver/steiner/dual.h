@@ -77,6 +77,9 @@ uint32_t dual_coarse(const struct dual *dual, uint64_t fine);
 /* Grows first balls around all terminals, in turns whose limit grows by this factor. */
 enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned factor_percent) TW_NODISCARD;
 
+/* Grows all terminals as far as they can go. */
+enum tw_status dual_extend(struct dual *dual, struct search *search) TW_NODISCARD;
+
 /* Sets up, grows and improves (`effort` work units each, about) a dual for each of `candidates` terminals, every
  * `stride`th in the order from the middle outward, and makes *dual the best. The value of the relaxation does not
  * depend on the root, but what an ascent reaches does: by several per cent. */

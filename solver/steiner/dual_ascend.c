@@ -72,6 +72,20 @@ enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned fa
 	return ascend(dual, search, growing, count, least / 2 + 1, factor_percent);
 }
 
+enum tw_status dual_extend(struct dual *dual, struct search *search)
+{
+	for (uint32_t t = 0; t < dual->instance->terminal_count; t++) {
+		if (t == dual->root)
+			continue;
+		if (!dual_make_room(dual))
+			return TW_ERROR_MEMORY;
+		dual_grow(dual, search, t, DUAL_FAR);
+		if (!search_spend(search, 0))
+			return TW_ERROR_CANCELLED;
+	}
+	return TW_OK;
+}
+
 /* The terminal closest to the middle of those that come after `last` in the order of middle. */
 static uint32_t next_in_middle(const struct dual *dual, uint32_t last)
 {

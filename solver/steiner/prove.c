@@ -19,7 +19,7 @@
 /* Work units for each edge; from the second round on they double from round to round. */
 enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 400, PRIMAL_SHARE = 40, PROGRAM_SHARE = 200 };
 enum { LEAST_BUDGET = 10000000, MOST_ROUNDS = 20, RACERS = 4 };
-enum { CUT_TERMINALS = 64, CUT_EDGES = 20000, CUT_ROUND = 4 };
+enum { CUT_TERMINALS = 64, CUT_EDGES = 4000, CUT_ROUND = 4 };
 
 /* Branch and cut on what deletion and reductions leave of the instance. */
 static enum tw_status delete_and_cut(struct search *search, const struct dual *dual)
@@ -51,9 +51,8 @@ static enum tw_status solve_by_cuts(struct search *search, const struct dual *du
 }
 
 /* The dual's share of a round: at first roots compete, later the winner improves. */
-static enum tw_status raise_bound(struct search *search, struct dual *dual, unsigned round)
+static enum tw_status raise_bound(struct search *search, struct dual *dual, unsigned round, uint64_t edges)
 {
-	uint64_t edges = search->instance.edge_count;
 	uint32_t stride = search->instance.terminal_count / RACERS + 1;
 	if (!search_uses(search, STEINER_REASCENT))
 		return TW_OK;
@@ -71,17 +70,37 @@ static enum tw_status raise_bound(struct search *search, struct dual *dual, unsi
 	return status;
 }
 
+/* Deletes for good what no tree as light as the best one uses. The best tree itself stays, because the heuristics start
+ * from it. What is left is smaller, and where deleted edges were ways round, terminals can grow further. */
+static enum tw_status shrink(struct search *search, struct dual *dual)
+{
+	struct dual next;
+	int empty = 0;
+	if (!search_uses(search, STEINER_FIXING))
+		return TW_OK;
+	uint64_t cutoff = search_cutoff(search) + ((uint64_t)1 << search->instance.shift);
+	enum tw_status status = fix_by_reduced_costs(search, dual, cutoff, &next, &empty);
+	if (status != TW_OK || empty)
+		return status;
+	*dual = next;
+	status = dual_extend(dual, search);
+	search_bound(search, dual_fine_bound(dual));
+	return status;
+}
+
 /* A better dual and a better tree. */
-static enum tw_status prepare(struct search *search, struct dual *dual, unsigned round)
+static enum tw_status prepare(struct search *search, struct dual *dual, unsigned round, uint64_t edges)
 {
 	double started_s = search_clock_s();
-	enum tw_status status = raise_bound(search, dual, round);
+	enum tw_status status = raise_bound(search, dual, round, edges);
 	double raised_s = search_clock_s();
 	search->stats->seconds_dual += raised_s - started_s;
 	if (status == TW_OK && !search_is_proven(search)) {
 		search_enter(search, "primal heuristics");
-		status = primal_improve(search, dual, (PRIMAL_SHARE * (uint64_t)search->instance.edge_count) << round);
+		status = primal_improve(search, dual, (PRIMAL_SHARE * edges) << round);
 	}
+	if (status == TW_OK && !search_is_proven(search))
+		status = shrink(search, dual);
 	search->stats->seconds_primal += search_clock_s() - raised_s;
 	return status;
 }
@@ -127,7 +146,7 @@ enum tw_status prove_optimum(struct search *search, struct dual *dual)
 {
 	uint64_t edges = search->instance.edge_count;
 	for (unsigned round = 0;; round += round < MOST_ROUNDS) {
-		enum tw_status status = round ? prepare(search, dual, round) : TW_OK;
+		enum tw_status status = round ? prepare(search, dual, round, edges) : TW_OK;
 		if (status != TW_OK || search_is_proven(search))
 			return status;
 		double started_s = search_clock_s();
