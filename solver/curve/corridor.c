@@ -31,7 +31,7 @@ static bool within(const struct corridor *corridor, uint32_t i, uint32_t j)
 		if (vec2_distance(p, vec2_mix(a, b, vec2_nearest(a, b, p))) > corridor->tolerance)
 			return false;
 	}
-	return j == i + 1 || !corridor->allowed || corridor->allowed(corridor->context, i, j);
+	return true;
 }
 
 static void measure_leg(struct program *program, uint32_t i, uint32_t j)
@@ -44,9 +44,11 @@ static void measure_leg(struct program *program, uint32_t i, uint32_t j)
 	leg->direction = vec2_unit(d);
 	if (!within(corridor, i, j))
 		return;
+	double cost = corridor->leg_cost ? corridor->leg_cost(corridor->context, i, j) : INFINITY;
+	bool own = corridor->leg_cost && (cost < INFINITY || j > i + 1);
 	double run = program->run[j] - program->run[i];
 	double rate = run > 0 ? (program->spent[j] - program->spent[i]) / run : corridor->rate[i];
-	leg->cost = leg->length * rate;
+	leg->cost = own ? cost : leg->length * rate;
 }
 
 /* What a corner costs. Of a leg that ends at a stop only half is for its arc, as of any other. */

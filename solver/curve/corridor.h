@@ -1,8 +1,8 @@
 /* The polygon that a smoothed wire is rounded from: few long legs that stay near a given path.
  *
  * A tree on a mesh zigzags along edges. Among all polygons whose corners are points of the path and whose legs stay
- * within a tolerance of it, `corridor_straighten` takes the one that costs least: every leg its length times the mean
- * cost rate of the path along it, every corner a price that grows with its turn, and much more where the arc of the
+ * within a tolerance of it, `corridor_straighten` takes the one that costs least: every leg its length times a cost
+ * rate, every corner a price that grows with its turn, and much more where the arc of the
  * smallest radius has no room. */
 #ifndef SOLVER_CURVE_CORRIDOR_H
 #define SOLVER_CURVE_CORRIDOR_H
@@ -20,8 +20,9 @@ struct corridor {
 	double tolerance;         /* mm */
 	double minimum_radius;    /* mm */
 	double bend_price;        /* mm of path that a corner costs, before its turn */
-	/* Whether the leg between two points of the path may be used; may be NULL. Never asked of neighbours. */
-	bool (*allowed)(void *context, uint32_t i, uint32_t j);
+	/* What the leg between two points of the path costs, INFINITY where it may not be used; NULL, and INFINITY
+	 * between neighbours, for its length times the mean rate of the path along it. */
+	double (*leg_cost)(void *context, uint32_t i, uint32_t j);
 	void *context;
 };
 

@@ -28,7 +28,8 @@ struct smoother {
 	const struct locator *locator;
 	const struct wire_rules *rules;
 	const double *cost_per_mm;
-	bool *end_known; /* [end_count] */
+	const double *vertex_rate; /* [vertex_count] mean cost_per_mm of the edges at a vertex; NULL without costs */
+	bool *end_known;           /* [end_count] */
 };
 
 /* One strand at work. */
@@ -39,7 +40,6 @@ struct draft {
 	bool extended_first; /* a node was put before the strand's own first */
 	bool *stop;          /* [path.count] */
 	double *rate;        /* [path.count] */
-	double *depth;       /* [path.count] distance from the cut line of the piece, inside positive */
 	struct span *span;   /* in the strand's plane; a span's piece is its run */
 	uint32_t span_count;
 };
@@ -130,13 +130,12 @@ static void find_leeway(const struct draft *draft, double *leeway)
 
 /* Moves a point of a piece inwards until it keeps `clearance` from the cut line. In a narrow place it goes as far as it
  * gets. */
-static struct vec2 move_inwards(const struct draft *draft, uint32_t piece, struct vec2 point, double clearance,
-				double *depth)
+static struct vec2 move_inwards(const struct draft *draft, uint32_t piece, struct vec2 point, double clearance)
 {
 	const struct smoother *smoother = draft->smoother;
 	const struct garment *garment = smoother->network->garment;
 	struct vec2 best = point;
-	*depth = 0;
+	double depth = 0;
 	for (int round = 0; round < 4; round++) {
 		uint32_t segment = GARMENT_NONE;
 		double distance = outline_distance(smoother->outline, garment, piece, point, &segment);
@@ -145,8 +144,8 @@ static struct vec2 move_inwards(const struct draft *draft, uint32_t piece, struc
 		struct place place;
 		locator_find(smoother->locator, piece, point, &place);
 		distance = place.distance > 1e-6 ? -distance : distance;
-		if (round == 0 || distance > *depth) {
-			*depth = distance;
+		if (round == 0 || distance > depth) {
+			depth = distance;
 			best = point;
 		}
 		if (distance >= clearance - 1e-6)
@@ -173,34 +172,33 @@ static void keep_clear(struct draft *draft, double *leeway)
 		if (clearance > draft->smoother->rules->clearance_mm)
 			clearance = draft->smoother->rules->clearance_mm;
 		struct vec2 point = in_piece(draft, run, path->point[i]);
-		struct vec2 moved = move_inwards(draft, path->run[run].piece, point, clearance, &draft->depth[i]);
+		struct vec2 moved = move_inwards(draft, path->run[run].piece, point, clearance);
 		if (!draft->stop[i])
 			path->point[i] = placement_apply(path->run[run].placement, moved);
 	}
 }
 
-/* A leg must stay on its piece and off the keep-outs. Without those, points deep inside need no look. */
-static bool leg_allowed(void *context, uint32_t i, uint32_t j)
+/* The cost of a leg by the fabric under it; INFINITY where it leaves its piece or enters a keep-out. */
+static double leg_cost(void *context, uint32_t i, uint32_t j)
 {
+	static const double step_mm = 4;
 	const struct draft *draft = context;
-	double shallow = INFINITY;
-	for (uint32_t m = i; m <= j; m++)
-		shallow = draft->depth[m] < shallow ? draft->depth[m] : shallow;
-	const uint8_t *keep_out = draft->smoother->rules->face_keep_out;
-	if (shallow > 1.5 * draft->smoother->rules->tolerance_mm && !keep_out)
-		return true;
+	const struct smoother *smoother = draft->smoother;
+	const uint8_t *keep_out = smoother->rules->face_keep_out;
 	uint32_t run = draft->path.leg_run[i];
 	struct vec2 a = in_piece(draft, run, draft->path.point[i]), b = in_piece(draft, run, draft->path.point[j]);
-	double length = vec2_distance(a, b);
-	uint32_t steps = (uint32_t)(length / 3) + 2;
-	for (uint32_t s = 1; s < steps; s++) {
+	double length = vec2_distance(a, b), sum = 0;
+	uint32_t steps = (uint32_t)(length / step_mm) + 2;
+	for (uint32_t s = 0; s < steps; s++) {
 		struct place place;
-		locator_find(draft->smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, (double)s / steps),
-			     &place);
+		locator_find(smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, (s + 0.5) / steps), &place);
 		if (place.distance > 0.05 || (keep_out && keep_out[place.face]))
-			return false;
+			return INFINITY;
+		const uint32_t *corner = smoother->network->garment->face_vertex + 3 * (size_t)place.face;
+		for (uint32_t k = 0; k < 3; k++)
+			sum += place.barycentric[k] * (smoother->vertex_rate ? smoother->vertex_rate[corner[k]] : 1);
 	}
-	return true;
+	return length * sum / steps;
 }
 
 /* The polygon of a strand: the kept nodes, split in two (with the node itself between) where the curve must pass. */
@@ -352,7 +350,7 @@ static enum tw_status draw(struct draft *draft, struct tw_error *error)
 		.tolerance = smoother->rules->tolerance_mm,
 		.minimum_radius = smoother->rules->minimum_radius_mm,
 		.bend_price = smoother->rules->strip_width_mm,
-		.allowed = leg_allowed,
+		.leg_cost = leg_cost,
 		.context = draft,
 	};
 	enum tw_status status = corridor_straighten(&corridor, smoother->arena, kept, &kept_count, error);
@@ -480,9 +478,8 @@ static enum tw_status smooth_strand(struct smoother *smoother, const struct stra
 	attach_end(&draft, 1);
 	draft.stop = ARENA_ARRAY(arena, draft.path.count, bool);
 	draft.rate = ARENA_ARRAY(arena, draft.path.count, double);
-	draft.depth = ARENA_ARRAY(arena, draft.path.count, double);
 	double *leeway = ARENA_ARRAY(arena, draft.path.count, double);
-	if (!draft.stop || !draft.rate || !draft.depth || !leeway)
+	if (!draft.stop || !draft.rate || !leeway)
 		return tw_fail_memory(error);
 	find_stops(&draft);
 	status = slide_crossings(&draft, error);
@@ -498,6 +495,24 @@ static enum tw_status smooth_strand(struct smoother *smoother, const struct stra
 	return cut_into_wires(&draft, error);
 }
 
+static enum tw_status find_vertex_rates(struct smoother *smoother, struct tw_error *error)
+{
+	const struct network *network = smoother->network;
+	uint32_t vertices = network->garment->vertex_count;
+	if (!smoother->cost_per_mm)
+		return TW_OK;
+	double *rate = ARENA_ZEROED(smoother->arena, vertices, double);
+	if (!rate)
+		return tw_fail_memory(error);
+	for (uint32_t v = 0; v < vertices; v++) {
+		uint32_t first = network->graph.first[v], end = network->graph.first[v + 1];
+		for (uint32_t arc = first; arc < end; arc++)
+			rate[v] += smoother->cost_per_mm[network->graph.edge[arc]] / (end - first);
+	}
+	smoother->vertex_rate = rate;
+	return TW_OK;
+}
+
 enum tw_status wires_smooth(struct wire_set *wires, struct arena *arena, const struct network *network,
 			    const struct branch_set *set, const struct outline *outline, const struct locator *locator,
 			    const struct wire_rules *rules, const double *cost_per_mm, struct tw_error *error)
@@ -505,12 +520,22 @@ enum tw_status wires_smooth(struct wire_set *wires, struct arena *arena, const s
 	*wires = (struct wire_set){0};
 	wires->wire = ARENA_ZEROED(arena, set->branch_count, struct wire);
 	wires->end = ARENA_ZEROED(arena, set->end_count, struct wire_end);
-	struct smoother smoother = {wires, arena, network, set, outline, locator, rules, cost_per_mm, NULL};
+	struct smoother smoother = {.wires = wires,
+				    .arena = arena,
+				    .network = network,
+				    .set = set,
+				    .outline = outline,
+				    .locator = locator,
+				    .rules = rules,
+				    .cost_per_mm = cost_per_mm};
 	smoother.end_known = ARENA_ZEROED(arena, set->end_count, bool);
 	if (!wires->wire || !wires->end || !smoother.end_known)
 		return tw_fail_memory(error);
+	enum tw_status status = find_vertex_rates(&smoother, error);
+	if (status)
+		return status;
 	for (uint32_t s = 0; s < set->strand_count; s++) {
-		enum tw_status status = smooth_strand(&smoother, &set->strand[s], error);
+		status = smooth_strand(&smoother, &set->strand[s], error);
 		if (status)
 			return status;
 	}

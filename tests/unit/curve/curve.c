@@ -224,10 +224,10 @@ static void straightening_finds_the_cheapest_polygon(void **state)
 	arena_free(arena);
 }
 
-static bool never(void *context, uint32_t i, uint32_t j)
+static double never(void *context, uint32_t i, uint32_t j)
 {
 	(void)context, (void)i, (void)j;
-	return false;
+	return INFINITY;
 }
 
 static void straightening_heeds_what_is_forbidden(void **state)
@@ -247,7 +247,7 @@ static void straightening_heeds_what_is_forbidden(void **state)
 	uint32_t kept[4], count;
 	assert_int_equal(corridor_straighten(&corridor, arena, kept, &count, NULL), TW_OK);
 	assert_int_equal(count, 2);
-	corridor.allowed = never;
+	corridor.leg_cost = never;
 	assert_int_equal(corridor_straighten(&corridor, arena, kept, &count, NULL), TW_OK);
 	assert_int_equal(count, 4);
 	arena_free(arena);
