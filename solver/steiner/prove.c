@@ -150,8 +150,8 @@ enum tw_status prove_optimum(struct search *search, struct dual *dual)
 		if (status != TW_OK || search_is_proven(search))
 			return status;
 		double started_s = search_clock_s();
-		uint64_t budget =
-			LEAST_BUDGET + (round ? (PROGRAM_SHARE * edges) << round : FIRST_PROGRAM_SHARE * edges);
+		uint64_t budget = round ? (LEAST_BUDGET / 2 + PROGRAM_SHARE * edges) << round
+					: LEAST_BUDGET + FIRST_PROGRAM_SHARE * edges;
 		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;
 		if (may_go_on(search, program) && is_due_for_cuts(search, round))
 			cuts = run_cuts(search, dual, budget);
