@@ -1,0 +1,195 @@
+/* From a path to a curve. The path is straightened into few legs, priced by the fabric under them; the corners between
+ * them are rounded.
+ *
+ * A curve passes a seam straight: the corner at a crossing is split into two corners, one in each piece, with the
+ * crossing between them on a straight leg. So the direction is continuous across the sewn seam, and both pieces meet
+ * the seam at the same point. */
+#include "solver/layout/draft.h"
+
+#include "solver/curve/corridor.h"
+#include "solver/curve/fillet.h"
+
+/* Where a curve breaks a rule, it is drawn again with other corners beside that place, this often at most; for arcs
+ * that are too tight, bolder corners are tried first. */
+enum { DRAWINGS = 7, BOLDER_DRAWINGS = 2 };
+static const double split_share = 0.4; /* of the shorter leg: how far the two corners of a split one stand from it */
+
+/* The cost of a leg by the fabric under it; INFINITY where it leaves its piece or enters a keep-out. */
+static double leg_cost(void *context, uint32_t i, uint32_t j)
+{
+	static const double step_mm = 4;
+	const struct draft *draft = context;
+	const struct smoother *smoother = draft->smoother;
+	const uint8_t *keep_out = smoother->rules->face_keep_out;
+	uint32_t run = draft->path.leg_run[i];
+	struct vec2 a = draft_in_piece(draft, run, draft->path.point[i]),
+		    b = draft_in_piece(draft, run, draft->path.point[j]);
+	double length = vec2_distance(a, b), sum = 0;
+	uint32_t steps = (uint32_t)(length / step_mm) + 2;
+	for (uint32_t s = 0; s < steps; s++) {
+		struct place place;
+		locator_find(smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, (s + 0.5) / steps), &place);
+		if (place.distance > 0.05 || (keep_out && keep_out[place.face]))
+			return INFINITY;
+		const uint32_t *corner = smoother->network->garment->face_vertex + 3 * (size_t)place.face;
+		for (uint32_t k = 0; k < 3; k++)
+			sum += place.barycentric[k] * (smoother->vertex_rate ? smoother->vertex_rate[corner[k]] : 1);
+	}
+	return length * sum / steps;
+}
+
+/* The polygon of a strand: the kept nodes, split in two (with the node itself between) where the curve must pass. */
+struct polygon {
+	const uint32_t *kept; /* [kept_count] nodes */
+	uint32_t kept_count;
+	double *boldness;      /* [kept_count] of the tolerance that a corner may use */
+	struct corner *corner; /* [count] tagged with their index */
+	uint32_t *run;         /* [count] of the corner's arc, and of the leg behind it */
+	uint32_t *origin;      /* [count] index into kept */
+	uint32_t count;
+};
+
+static void add_corner(struct polygon *polygon, struct vec2 at, uint32_t run, uint32_t origin, double reach)
+{
+	uint32_t i = polygon->count++;
+	polygon->corner[i] = (struct corner){.at = at, .tag = i, .reach = reach};
+	polygon->run[i] = run;
+	polygon->origin[i] = origin;
+}
+
+static void make_corners(const struct draft *draft, struct polygon *polygon)
+{
+	const struct unfolded *path = &draft->path;
+	const uint32_t *kept = polygon->kept;
+	polygon->count = 0;
+	for (uint32_t k = 0; k < polygon->kept_count; k++) {
+		uint32_t node = kept[k];
+		struct vec2 at = path->point[node];
+		uint32_t in_run = path->leg_run[node ? node - 1 : 0];
+		uint32_t out_run = path->leg_run[node + 1 < path->count ? node : node - 1];
+		double tolerance = polygon->boldness[k] * draft->smoother->rules->tolerance_mm;
+		if (k == 0 || k + 1 == polygon->kept_count || !draft->stop[node]) {
+			add_corner(polygon, at, out_run, k, tolerance);
+			continue;
+		}
+		struct vec2 in = vec2_sub(at, path->point[kept[k - 1]]);
+		struct vec2 out = vec2_sub(path->point[kept[k + 1]], at);
+		double shorter = vec2_length(in) < vec2_length(out) ? vec2_length(in) : vec2_length(out);
+		struct vec2 through = vec2_unit(vec2_add(vec2_unit(in), vec2_unit(out)));
+		/* The new corners stray from the legs by the sine of half the turn. */
+		double sine = fabs(vec2_cross(vec2_unit(in), through)), share = split_share * shorter;
+		share *= polygon->boldness[k] < 1 ? polygon->boldness[k] : 1;
+		double apart = sine > 0 ? tolerance / sine : share;
+		apart = apart < share ? apart : share;
+		add_corner(polygon, vec2_along(at, through, -apart), in_run, k, tolerance);
+		add_corner(polygon, at, out_run, k, 0);
+		polygon->corner[polygon->count - 1].fixed = true;
+		add_corner(polygon, vec2_along(at, through, apart), out_run, k, tolerance);
+	}
+}
+
+/* How badly a span breaks the rules, in millimetres: what its radius lacks, and how far it is off its piece. */
+static double badness(const struct draft *draft, const struct span *span, uint32_t run_index, double *radius_lack)
+{
+	const struct smoother *smoother = draft->smoother;
+	const uint8_t *keep_out = smoother->rules->face_keep_out;
+	const struct run *run = &draft->path.run[run_index];
+	double lack = span_is_arc(span) ? smoother->rules->minimum_radius_mm - span->radius : 0, off = 0;
+	uint32_t steps = (uint32_t)(span_length(span) / 3) + 2;
+	for (uint32_t i = 1; i < steps; i++) {
+		struct place place;
+		struct vec2 point = placement_undo(run->placement, span_point(span, (double)i / steps));
+		locator_find(smoother->locator, run->piece, point, &place);
+		double here = place.distance + (keep_out && keep_out[place.face] ? 1 : 0);
+		off = here > off ? here : off;
+	}
+	*radius_lack = lack > 1e-6 ? lack : 0;
+	return *radius_lack + (off > 0.1 ? off : 0);
+}
+
+/* The sum over all spans. The corners beside a span that is off its piece become shyer; those of an arc that is too
+ * tight become bolder, which sets the two corners of a split one farther apart. */
+static double judge(const struct draft *draft, struct polygon *polygon, const struct span *span, uint32_t count,
+		    int drawing)
+{
+	double sum = 0;
+	uint32_t changed = GARMENT_NONE;
+	for (uint32_t s = 0; s < count; s++) {
+		uint32_t corner = span[s].piece;
+		double lack, bad = badness(draft, &span[s], polygon->run[corner], &lack);
+		sum += bad;
+		if (bad == 0)
+			continue;
+		uint32_t last = span_is_arc(&span[s]) || corner + 1 == polygon->count ? corner : corner + 1;
+		for (uint32_t c = corner; c <= last; c++) {
+			if (polygon->origin[c] == changed)
+				continue;
+			changed = polygon->origin[c];
+			polygon->boldness[changed] *= bad > lack || drawing >= BOLDER_DRAWINGS ? 0.45 : 1.6;
+		}
+	}
+	return sum;
+}
+
+/* Rounds the polygon, again and again while rules are broken, and keeps the drawing that breaks them least. */
+static enum tw_status round_corners(struct draft *draft, struct polygon *polygon, struct tw_error *error)
+{
+	const struct smoother *smoother = draft->smoother;
+	double least = INFINITY;
+	for (int drawing = 0; drawing < DRAWINGS && least > 0; drawing++) {
+		struct span *span;
+		uint32_t count;
+		make_corners(draft, polygon);
+		enum tw_status status =
+			curve_fillet(polygon->corner, polygon->count, smoother->rules->minimum_radius_mm,
+				     smoother->arena, &span, &count, error);
+		if (status)
+			return status;
+		double bad = judge(draft, polygon, span, count, drawing);
+		for (uint32_t s = 0; s < count; s++)
+			span[s].piece = polygon->run[span[s].piece];
+		if (bad >= least)
+			continue;
+		least = bad;
+		draft->span = span;
+		draft->span_count = count;
+	}
+	return TW_OK;
+}
+
+static enum tw_status draw_polygon(struct draft *draft, const uint32_t *kept, uint32_t kept_count,
+				   struct tw_error *error)
+{
+	struct arena *arena = draft->smoother->arena;
+	struct polygon polygon = {.kept = kept, .kept_count = kept_count};
+	polygon.boldness = ARENA_ARRAY(arena, kept_count, double);
+	polygon.corner = ARENA_ARRAY(arena, 3 * (size_t)kept_count, struct corner);
+	polygon.run = ARENA_ARRAY(arena, 3 * (size_t)kept_count, uint32_t);
+	polygon.origin = ARENA_ARRAY(arena, 3 * (size_t)kept_count, uint32_t);
+	if (!polygon.boldness || !polygon.corner || !polygon.run || !polygon.origin)
+		return tw_fail_memory(error);
+	for (uint32_t k = 0; k < kept_count; k++)
+		polygon.boldness[k] = 1;
+	return round_corners(draft, &polygon, error);
+}
+
+enum tw_status draft_draw(struct draft *draft, struct tw_error *error)
+{
+	const struct smoother *smoother = draft->smoother;
+	uint32_t *kept = ARENA_ARRAY(smoother->arena, draft->path.count, uint32_t), kept_count;
+	if (!kept)
+		return tw_fail_memory(error);
+	struct corridor corridor = {
+		.point = draft->path.point,
+		.rate = draft->rate,
+		.stop = draft->stop,
+		.count = draft->path.count,
+		.tolerance = smoother->rules->tolerance_mm,
+		.minimum_radius = smoother->rules->minimum_radius_mm,
+		.bend_price = smoother->rules->strip_width_mm,
+		.leg_cost = leg_cost,
+		.context = draft,
+	};
+	enum tw_status status = corridor_straighten(&corridor, smoother->arena, kept, &kept_count, error);
+	return status ? status : draw_polygon(draft, kept, kept_count, error);
+}
