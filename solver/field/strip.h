@@ -24,11 +24,10 @@ struct strip_fabric {
 
 /* A strip's account. cost = integral of `value` over the fabric that it covers. */
 struct strip {
-	double cost;        /* MPa mm2 */
-	double area_mm2;    /* of the polygon */
-	double covered_mm2; /* of it, what fabric covers; a little more than area_mm2 where sides of a bent seam overlap
-			     */
-	double largest;     /* largest value of a face that covers more than 1e-6 of the polygon, MPa */
+	double cost;         /* MPa mm2 */
+	double area_mm2;     /* of the polygon */
+	double covered_mm2;  /* what fabric covers; more than area_mm2 where pieces overlap beside a bent seam */
+	double largest;      /* largest value of a face that covers more than 1e-6 of the polygon, MPa */
 	uint32_t face_count; /* faces entered */
 };
 
