@@ -63,6 +63,7 @@ enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, c
 		.cutoff = cutoff,
 		.room = dual ? fix_room(dual, cutoff) : 0,
 		.root = dual ? dual->root : 0,
+		.arc = ARENA_ARRAY(search->arena, 2 * (size_t)instance->edge_count, struct dp_arc),
 		.cell = ARENA_ZEROED(search->arena, n, struct dp_cell),
 		.heap = {.entry = ARENA_ARRAY(search->arena, 2 * (size_t)instance->edge_count + n, struct heap_entry)},
 		.ball = ARENA_ARRAY(search->arena, n, uint32_t),
@@ -71,9 +72,12 @@ enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, c
 		.component = ARENA_ARRAY(search->arena, n + 1, struct dp_component),
 		.frontier = ARENA_ARRAY(search->arena, n, uint32_t),
 	};
-	if (!grower->cell || !grower->heap.entry || !grower->ball || !grower->needed || !grower->outside ||
-	    !grower->component || !grower->frontier)
+	if (!grower->arc || !grower->cell || !grower->heap.entry || !grower->ball || !grower->needed ||
+	    !grower->outside || !grower->component || !grower->frontier)
 		return TW_ERROR_MEMORY;
+	for (uint32_t a = 0; a < 2 * instance->edge_count; a++)
+		grower->arc[a] =
+			(struct dp_arc){instance->head[a], instance->edge[a], instance->weight[instance->edge[a]]};
 	return grower->dual ? fill_depth(grower) : TW_OK;
 }
 
@@ -259,15 +263,16 @@ void dp_grow_add(struct dp_grower *grower, uint32_t vertex, uint64_t cost, uint3
 static void relax(struct dp_grower *grower, uint32_t v, uint64_t cost)
 {
 	const struct instance *instance = &grower->search->instance;
+	const struct dp_arc *arc = grower->arc;
 	uint32_t reached = stamp_of(grower, DP_REACHED);
 	for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
-		uint32_t u = instance->head[a], e = instance->edge[a];
-		uint64_t longer = cost + instance->weight[e];
+		uint32_t u = arc[a].head;
+		uint64_t longer = cost + arc[a].weight;
 		struct dp_cell *cell = &grower->cell[u];
 		if (longer >= grower->cutoff || (cell->stamp == reached && cell->cost <= longer) ||
 		    (cell->stamp > reached && cell->stamp <= (reached | 3)))
 			continue;
-		*cell = (struct dp_cell){longer, e, reached};
+		*cell = (struct dp_cell){longer, arc[a].edge, reached};
 		heap_push(&grower->heap, longer, u, 0);
 	}
 	grower->search->work += instance->first[v + 1] - instance->first[v];

@@ -22,6 +22,13 @@ struct dp_trail {
 	uint32_t from;
 };
 
+/* An arc with all that relaxing it needs side by side; rows as in instance.first. */
+struct dp_arc {
+	uint32_t head;
+	uint32_t edge;
+	uint64_t weight;
+};
+
 /* What the growth knows about a vertex. A stamp other than the current one means: nothing. */
 struct dp_cell {
 	uint64_t cost;
@@ -52,6 +59,7 @@ struct dp_grower {
 	uint32_t *depth;         /* [vertex_count * terminal_count] sum over t's balls of radius - distance */
 	uint32_t *from_root;     /* [vertex_count] */
 
+	struct dp_arc *arc;   /* [2 * edge_count] */
 	struct dp_cell *cell; /* [vertex_count] */
 	uint32_t epoch;
 	struct heap heap;
