@@ -440,7 +440,7 @@ static void add_scale(const struct sheet *sheet)
 	for (int i = 1; i < 10; i++)
 		text_format(sheet->text, "m10 0v-%dv%d", i == 5 ? 6 : 3, i == 5 ? 6 : 3);
 	text_add(sheet->text, "\" fill=\"none\" stroke-width=\"0.4\"/>\n"
-			      "<text x=\"80\" y=\"76\" text-anchor=\"middle\" stroke=\"none\">100 mm × 100 mm</text>\n"
+			      "<text x=\"80\" y=\"76\" text-anchor=\"middle\" stroke=\"none\">100 × 100 mm</text>\n"
 			      "<text x=\"80\" y=\"92\" text-anchor=\"middle\" stroke=\"none\">print at 100 %</text>\n");
 	const struct layout_result *result = sheet->result;
 	text_format(sheet->text,
