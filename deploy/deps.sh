@@ -33,10 +33,7 @@ lint)
 	apt_install $(missing $build $lint)
 	;;
 test)
-	apt_install $(missing $build $show $lint)
-	apt_install $(missing $build $lint)
-	;;
-test)
+	apt_install $(missing $build $show $test)
 	# Any Node.js of version 18 or later will do, also one that did not come through apt.
 	command -v node >/dev/null || apt_install nodejs
 	command -v npm >/dev/null || apt_install npm
