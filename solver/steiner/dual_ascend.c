@@ -93,7 +93,7 @@ static uint32_t next_in_middle(const struct dual *dual, uint32_t last)
 	uint32_t best = INSTANCE_NONE;
 	for (uint32_t t = 0; t < dual->instance->terminal_count; t++) {
 		int after =
-			last == INSTANCE_NONE || middle[t] > middle[last] || (middle[t] == middle[last] && t > last);
+			last == INSTANCE_NONE || middle[t] > middle[last] || (t > last && middle[t] == middle[last]);
 		if (after && (best == INSTANCE_NONE || middle[t] < middle[best]))
 			best = t;
 	}
