@@ -86,17 +86,21 @@ enum tw_status dual_extend(struct dual *dual, struct search *search)
 	return TW_OK;
 }
 
+static int comes_after(const uint64_t *middle, uint32_t t, uint32_t last)
+{
+	if (last == INSTANCE_NONE)
+		return 1;
+	return middle[t] > middle[last] || (t > last && middle[t] == middle[last]);
+}
+
 /* The terminal closest to the middle of those that come after `last` in the order of middle. */
 static uint32_t next_in_middle(const struct dual *dual, uint32_t last)
 {
-	const uint64_t *middle = dual->middle;
 	uint32_t best = INSTANCE_NONE;
-	for (uint32_t t = 0; t < dual->instance->terminal_count; t++) {
-		int after =
-			last == INSTANCE_NONE || middle[t] > middle[last] || (t > last && middle[t] == middle[last]);
-		if (after && (best == INSTANCE_NONE || middle[t] < middle[best]))
+	for (uint32_t t = 0; t < dual->instance->terminal_count; t++)
+		if (comes_after(dual->middle, t, last) &&
+		    (best == INSTANCE_NONE || dual->middle[t] < dual->middle[best]))
 			best = t;
-	}
 	return best;
 }
 
@@ -179,6 +183,8 @@ enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t e
 	enum tw_status status = TW_OK;
 	while (status == TW_OK && search->work < end && dual_fine_bound(dual) < target) {
 		uint32_t group[GROUP_MOST], growing[GROUP_MOST], count = pick_group(dual, group);
+		if (!count)
+			break;
 		uint64_t before = dual->bound, least = UINT32_MAX;
 		for (uint32_t i = 0; i < count; i++)
 			if (dual->near_distance[group[i]] < least)
