@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CORRIDOR_FIRST = 1500, REGION_MAX = 6000 };
+enum { CORRIDOR_FIRST = 1500, REGION_MAX = 6000, MANY_TERMINALS = 24 };
 
 enum tw_status primal_first(struct search *search)
 {
@@ -191,7 +191,9 @@ enum tw_status primal_improve(struct search *search, const struct dual *dual, ui
 	const struct arena_mark mark = arena_mark(search->arena);
 	struct improver improver;
 	enum tw_status status = improver_init(&improver, search, dual);
-	improver.work_end = search->work + effort;
+	/* A pass over all seeds costs as many searches as there are terminals. */
+	const uint64_t terminals = search->instance.terminal_count;
+	improver.work_end = search->work + (terminals > MANY_TERMINALS ? effort / MANY_TERMINALS * terminals : effort);
 	if (status == TW_OK && dual) {
 		status = widen(&improver);
 	} else if (status == TW_OK) {
