@@ -139,6 +139,9 @@ enum tw_status dual_transfer(struct dual *dual, struct search *search, const str
 		struct dual_ball ball = from->ball[b];
 		if (!ball.applied)
 			continue;
+		/* Before the members are written: making room keeps only those of balls that are listed. */
+		if (dual->ball_count == dual->ball_capacity && !dual_make_room(dual))
+			return TW_ERROR_MEMORY;
 		ball.start = dual->member_count;
 		ball.count = 0;
 		for (uint32_t i = 0; i < from->ball[b].count; i++) {
@@ -147,8 +150,6 @@ enum tw_status dual_transfer(struct dual *dual, struct search *search, const str
 				dual->member[ball.start + ball.count++] = (struct dual_member){v, member[i].distance};
 		}
 		dual->member_count += ball.count;
-		if (dual->ball_count == dual->ball_capacity && !dual_make_room(dual))
-			return TW_ERROR_MEMORY;
 		dual->ball[dual->ball_count++] = ball;
 		dual_put_back(dual, search, &dual->ball[dual->ball_count - 1]);
 	}
