@@ -13,7 +13,9 @@ static enum tw_status run_stages(struct search *search)
 	if (status != TW_OK)
 		return status;
 	search_enter(search, "reductions");
+	double started_s = search_clock_s();
 	status = reduce_instance(search);
+	search->stats->seconds_reduce = search_clock_s() - started_s;
 	if (status == TW_OK && search->instance.terminal_count == 1) {
 		status = search_offer(search, NULL, 0);
 		if (status == TW_OK)
@@ -23,8 +25,10 @@ static enum tw_status run_stages(struct search *search)
 	if (status != TW_OK)
 		return status;
 	search_enter(search, "dual ascent");
+	started_s = search_clock_s();
 	struct dual dual;
 	status = dual_ascend_best(&dual, search, 1 + search->instance.terminal_count / 12, 1, 0);
+	search->stats->seconds_dual = search_clock_s() - started_s;
 	return status == TW_OK ? prove_optimum(search, &dual) : status;
 }
 
