@@ -301,7 +301,9 @@ static enum tw_status check_json_type(const struct api_call *call, struct tw_err
 	if (!content_type ||
 	    (header_media_type(content_type, media_type, sizeof media_type) && !strcmp(media_type, "application/json")))
 		return TW_OK;
-	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type", "send application/json");
+	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
+		       "the body came as %s; send JSON, with -H 'Content-Type: application/json'",
+		       *media_type ? media_type : "no media type");
 }
 
 /* Where the query names the first part, the uploads are there already. */

@@ -34,6 +34,8 @@ enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object
 	if (nesting(bytes, size) > TW_LIMIT_JSON_DEPTH)
 		return tw_fail(error, TW_ERROR_INPUT, "json-too-deep", NULL, "the JSON is nested deeper than %u levels",
 			       TW_LIMIT_JSON_DEPTH);
+	if (size == 0)
+		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", NULL, "the body is empty; send a JSON object");
 	json_error_t detail;
 	json_t *value = json_loadb(bytes, size, JSON_REJECT_DUPLICATES, &detail);
 	if (!value && json_error_code(&detail) == json_error_out_of_memory)

@@ -79,9 +79,11 @@ enum tw_status body_upload_init(struct body_upload *body, struct store *store, c
 		return multipart_init(&body->multipart, content_type, sink, error);
 	}
 	if (!is_raw_media_type(media_type))
-		return tw_fail(
-			error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
-			"send the file as it is (application/octet-stream, model/obj, …) or as multipart/form-data");
+		return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
+			       "the body came as %.64s; send the file as it is, with -H 'Content-Type: "
+			       "application/octet-stream' "
+			       "(or model/obj, …), or as multipart/form-data",
+			       media_type);
 	return begin_upload(body, parts[0], file_name ? file_name : "", media_type, error);
 }
 

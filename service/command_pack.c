@@ -1,6 +1,7 @@
 /* tightwire pack: a motion to about a quarter of its size, for uploads over slow lines and for keeping. */
 #include "service/command.h"
 #include "service/file.h"
+#include "service/garment_files.h"
 #include "solver/motion/pack.h"
 
 #include <errno.h>
@@ -107,6 +108,8 @@ static enum tw_status pack(const struct settings *settings, struct tw_error *err
 	status = motion_open(&reader, &source, MOTION_SNIFF, (enum length_unit)settings->unit, 0, error);
 	if (status == TW_OK)
 		status = pack_to_file(reader, &output, &frames, error);
+	if (status != TW_OK && strcmp(error->where, settings->out) != 0)
+		garment_files_blame(status, settings->motion, error);
 	if (status == TW_OK)
 		printf("%s: %u frames of %u vertices, %llu bytes\n", settings->out, frames,
 		       motion_info(reader)->vertex_count, (unsigned long long)output.size);

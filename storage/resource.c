@@ -362,7 +362,8 @@ static enum tw_status refuse_in_use(struct store *store, int64_t resource, const
 	enum tw_status status = sql_end(&q, error);
 	if (status == TW_OK && users)
 		status = tw_fail(error, TW_ERROR_CONFLICT, "resource-in-use", NULL,
-				 "%" PRId64 " other resources are made from %.64s; delete them first, or all together",
+				 "%" PRId64
+				 " other resources are made from %.64s; delete them first, or use ?dependents=true",
 				 users, id);
 	return status;
 }

@@ -25,6 +25,9 @@ static enum tw_status check_extent(const char *bytes, size_t size, struct tw_err
 	if (size > TW_LIMIT_JSON_BYTES)
 		return tw_fail(error, TW_ERROR_LIMIT, "json-too-large", NULL, "the request has %zu bytes, more than %u",
 			       size, TW_LIMIT_JSON_BYTES);
+	if (size == 0)
+		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", NULL,
+			       "the request is empty; send a JSON object");
 	unsigned depth = 0;
 	bool in_string = false;
 	for (size_t i = 0; i < size; i++) {
@@ -110,25 +113,29 @@ static enum tw_status find_form(struct layout_terminal *terminal, const json_t *
 				struct tw_error *error)
 {
 	int found = -1;
+	const char *field = NULL, *missing = NULL; /* of the form found */
 	for (int f = 0; f < FORM_COUNT; f++) {
 		const char *first = forms[f][0], *second = forms[f][1];
 		bool has_first = json_object_get(object, first) != NULL;
 		bool has_second = second && json_object_get(object, second);
 		if (!has_first && !has_second)
 			continue;
-		if (second && has_first != has_second)
-			return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", where,
-				       "a terminal with \"%s\" needs \"%s\" too", has_first ? first : second,
-				       has_first ? second : first);
+		const char *here = has_first ? first : second;
 		if (found >= 0)
 			return tw_fail(error, TW_ERROR_INPUT, "json-value", where,
-				       "a terminal has one place: \"%s\" or \"%s\", not both", forms[found][0], first);
+				       "the terminal has two placements at once, \"%s\" and \"%s\"; leave one out",
+				       field, here);
 		found = f;
+		field = here;
+		missing = !has_first ? first : has_second ? NULL : second;
 	}
 	if (found < 0)
 		return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", where,
 			       "say where the terminal is: \"vertex\", \"face\" and \"barycentric\", \"point_mm\", or "
 			       "\"piece\" and \"uv_mm\"");
+	if (missing)
+		return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", where,
+			       "a terminal with \"%s\" needs \"%s\" too", field, missing);
 	terminal->kind = (enum terminal_kind)found;
 	return TW_OK;
 }

@@ -63,6 +63,7 @@ static const struct {
 	{ONE("{\"vertex\":4294967295}"), "json-type", "/terminals/0/vertex"},
 	{ONE("{\"vertex\":\"1\"}"), "json-type", "/terminals/0/vertex"},
 	{ONE("{\"vertex\":1,\"face\":2,\"barycentric\":[1,0,0]}"), "json-value", "/terminals/0"},
+	{ONE("{\"vertex\":3,\"face\":5}"), "json-value", "/terminals/0"},
 	{ONE("{\"face\":2}"), "json-missing-field", "/terminals/0"},
 	{ONE("{\"barycentric\":[1,0,0]}"), "json-missing-field", "/terminals/0"},
 	{ONE("{\"face\":2,\"barycentric\":[1,0]}"), "json-type", "/terminals/0/barycentric"},
