@@ -74,7 +74,9 @@ static enum tw_status parse_arguments(struct session *session, int argc, char **
 		bool taken = false;
 		status = take_argument(session, argc, argv, &i, &taken, error);
 		if (!status && !taken)
-			status = tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "no such option; see --help");
+			status = tw_fail(error, TW_ERROR_INPUT, "usage", argv[i],
+					 "not an option; files are given with --worn, --pattern and --motion; "
+					 "see --help");
 	}
 	if (!status && !session->settings.help && (!session->files.worn || !session->settings.out))
 		status = tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--worn and --out are needed; see --help");

@@ -95,7 +95,10 @@ static enum tw_status parse_arguments(struct session *session, int argc, char **
 		if (status)
 			return status;
 		if (!taken)
-			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "no such option; see --help");
+			return tw_fail(
+				error, TW_ERROR_INPUT, "usage", argv[i],
+				"not an option; files are given with --worn, --pattern, --motion and --terminals; "
+				"see --help");
 	}
 	if (!settings->help && (!session->files.worn || !settings->terminals || !settings->out))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,

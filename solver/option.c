@@ -261,6 +261,8 @@ static void print_default(const struct option *option, FILE *out)
 		fprintf(out, "default %s", option->fallback != 0 ? "true" : "false");
 	else if (isnan(option->fallback))
 		fprintf(out, "default auto");
+	else if (option->kind == OPTION_INTEGER && option->fallback == UINT32_MAX)
+		fprintf(out, "default none");
 	else
 		fprintf(out, "default %.10g", option->fallback);
 }
@@ -278,6 +280,8 @@ static void print_value(const struct option *option, char *text, size_t size)
 		snprintf(text, size, " X");
 	else if (option->kind == OPTION_NUMBER_OR_AUTO)
 		snprintf(text, size, " X|auto");
+	else if (option->fallback != 0)
+		snprintf(text, size, "=true|false");
 }
 
 void option_print_help(const struct option_table *table, FILE *out)

@@ -19,9 +19,10 @@ enum option_kind {
 struct option {
 	const char *name; /* snake_case as in JSON, with its unit: "strip_width_mm"; the flag is --strip-width-mm */
 	enum option_kind kind;
-	size_t offset;              /* offsetof in the struct that the table describes */
-	const char *unit;           /* for the help; NULL for none */
-	double fallback;            /* default: number, integer, index of the choice, or 0 and 1; NAN for "auto" */
+	size_t offset;    /* offsetof in the struct that the table describes */
+	const char *unit; /* for the help; NULL for none */
+	double fallback;  /* default: number, integer, index of the choice, or 0 and 1; NAN for "auto", of an integer
+			     UINT32_MAX for none */
 	double minimum, maximum;    /* inclusive; of numbers and integers */
 	const char *const *choices; /* NULL-terminated; of a choice */
 	const char *help;           /* one line */
@@ -40,8 +41,8 @@ void option_defaults(const struct option_table *table, void *values);
 enum tw_status option_from_text(const struct option_table *table, void *values, const char *name, const char *text,
 				struct tw_error *error) TW_NODISCARD;
 
-/* Reads `--name value` or `--name=value` (a flag option stands alone) at argv[*index]. *taken says whether the argument
- * was one of the table's; *index then stands on the last argument used. */
+/* Reads `--name value` or `--name=value` (a flag option stands alone, or with =true or =false) at argv[*index]. *taken
+ * says whether the argument was one of the table's; *index then stands on the last argument used. */
 enum tw_status option_from_arguments(const struct option_table *table, void *values, int argc, char *const *argv,
 				     int *index, bool *taken, struct tw_error *error) TW_NODISCARD;
 

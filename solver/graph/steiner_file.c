@@ -324,6 +324,8 @@ static enum tw_status read_lines(struct reader *reader, enum steiner_format *for
 		if (status != TW_OK)
 			return status;
 	}
+	if (!reader->length)
+		return tw_fail(reader->error, TW_ERROR_INPUT, "steiner-file-truncated", NULL, "the file is empty");
 	if (!reader->file_done)
 		return refuse(reader, TW_ERROR_INPUT, "steiner-file-truncated",
 			      "the file ends here without EOF; is it cut off?");

@@ -98,7 +98,8 @@ test('an interrupt ends with the best tree so far', async () => {
 
 test('a wrong file is one line on stderr that names the line, and exit code 1', () => {
   for (const [text, words] of [
-    ['', /line 0: the file ends here without EOF/],
+    ['', /the file is empty/],
+    ['SECTION Comment\n', /line 1: the file ends here without EOF/],
     [square.replace('E 2 3 4', 'E 2 9 4'), /line 5: vertex 9 is not one of 1 to 5/],
     [square.replace('E 2 3 4', 'E 2 3 4.5'), /line 5: expected a whole/],
     [square.replace('Nodes 5', 'Nodes 4000000000'), /line 2: 4000000000 nodes are announced/],

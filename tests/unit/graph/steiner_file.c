@@ -83,7 +83,7 @@ static void names_the_line_of_every_mistake(void **state)
 		const char *text, *where, *type;
 		enum tw_status status;
 	} mistakes[] = {
-		{"", "line 0", "steiner-file-truncated", TW_ERROR_INPUT},
+		{"", "", "steiner-file-truncated", TW_ERROR_INPUT},
 		{"hello", "line 1", "steiner-file-syntax", TW_ERROR_INPUT},
 		{"EOF", "line 1", "steiner-file-syntax", TW_ERROR_INPUT},
 		{GRAPH_HEAD "E 1 2 1\n", "line 4", "steiner-file-truncated", TW_ERROR_INPUT},
