@@ -11,6 +11,7 @@
 #include "solver/layout/result.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { MARGIN_MM = 30, GAP_MM = 30, SHELF_MM = 2000, HEADER_MM = 150 };
 
@@ -411,6 +412,14 @@ static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, 
 	return at;
 }
 
+/* So small that the name is no wider than the piece; a glyph is at most about 0.65 of its size wide. */
+static double name_size(const struct layout_result *result, uint32_t piece)
+{
+	struct extent extent = piece_extent(result, piece);
+	size_t length = strlen(result->input->garment->piece_name[piece]);
+	return fmax(6, fmin(18, (extent.high.x - extent.low.x) / (0.65 * (double)(length + 1))));
+}
+
 static void add_piece_names(const struct sheet *sheet)
 {
 	const struct garment *garment = sheet->result->input->garment;
@@ -423,7 +432,9 @@ static void add_piece_names(const struct sheet *sheet)
 		faces[garment->face_piece[f]]++;
 	for (uint32_t p = 0; p < garment->piece_count; p++) {
 		struct vec2 at = on_page(sheet, p, roomiest(sheet->result, p, faces[p]));
+		text_format(sheet->text, "<g font-size=\"%.1f\">\n", name_size(sheet->result, p));
 		add_label(sheet, (struct vec2){at.x, at.y + 6}, garment->piece_name[p]);
+		text_add(sheet->text, "</g>\n");
 		at.y += 14;
 		text_format(sheet->text,
 			    "<path d=\"M%.2f %.2fv60m-3 -8l3 8l3 -8m-6 -44l3 -8l3 8\" fill=\"none\" "
@@ -440,8 +451,10 @@ static void add_scale(const struct sheet *sheet)
 	for (int i = 1; i < 10; i++)
 		text_format(sheet->text, "m10 0v-%dv%d", i == 5 ? 6 : 3, i == 5 ? 6 : 3);
 	text_add(sheet->text, "\" fill=\"none\" stroke-width=\"0.4\"/>\n"
-			      "<text x=\"80\" y=\"76\" text-anchor=\"middle\" stroke=\"none\">100 × 100 mm</text>\n"
-			      "<text x=\"80\" y=\"92\" text-anchor=\"middle\" stroke=\"none\">print at 100 %</text>\n");
+			      "<g font-size=\"9\" stroke=\"none\" text-anchor=\"middle\">\n"
+			      "<text x=\"80\" y=\"76\">100 × 100 mm</text>\n"
+			      "<text x=\"80\" y=\"92\">print at 100 %</text>\n"
+			      "</g>\n");
 	const struct layout_result *result = sheet->result;
 	text_format(sheet->text,
 		    "<text x=\"150\" y=\"48\" stroke=\"none\" font-size=\"20\">tightwire layout: %u terminals, "
@@ -536,7 +549,7 @@ void write_pattern_svg(const struct layout_result *result, struct text *text)
 		   "fill=\"none\" stroke=\"#c2185b\" stroke-width=\"1.5\"");
 	add_violations(&sheet);
 	close_layer(&sheet);
-	open_layer(&sheet, "pieces", "piece names and grain", "fill=\"#333\" font-size=\"18\" text-anchor=\"middle\"");
+	open_layer(&sheet, "pieces", "piece names and grain", "fill=\"#333\" text-anchor=\"middle\"");
 	add_piece_names(&sheet);
 	close_layer(&sheet);
 	open_layer(&sheet, "scale", "scale", "fill=\"#333\" stroke=\"#333\"");
