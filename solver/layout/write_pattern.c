@@ -412,12 +412,13 @@ static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, 
 	return at;
 }
 
-/* So small that the name is no wider than the piece; a glyph is at most about 0.65 of its size wide. */
+/* So small that the name takes half the piece's width, which leaves room for wires and where the piece narrows; a glyph
+ * is about 0.65 of its size wide. */
 static double name_size(const struct layout_result *result, uint32_t piece)
 {
 	struct extent extent = piece_extent(result, piece);
 	size_t length = strlen(result->input->garment->piece_name[piece]);
-	return fmax(6, fmin(18, (extent.high.x - extent.low.x) / (0.65 * (double)(length + 1))));
+	return fmax(6, fmin(18, 0.5 * (extent.high.x - extent.low.x) / (0.65 * (double)(length + 1))));
 }
 
 static void add_piece_names(const struct sheet *sheet)
