@@ -1,24 +1,7 @@
 /* The reader of STL and every stage of the import behind it. */
-#include "solver/garment/import.h"
-
-int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
+#include "tests/fuzz/mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
-	struct arena *arena = arena_new((size_t)256 << 20);
-	if (!arena)
-		return 0;
-	struct garment_source source = {.bytes = bytes, .size = size, .format = MESH_STL};
-	struct import_options options;
-	option_defaults(&import_option_table, &options);
-	options.mirrored_pieces = MIRRORED_TURN;
-	options.weld_mm = size % 2 ? 0.5 : 0;
-	options.refinement = size % 3 ? REFINE_NONE : REFINE_MIDPOINT;
-	struct garment garment;
-	struct garment_report report;
-	struct tw_error error = {0};
-	if (garment_import(&garment, arena, &source, NULL, &options, &report, &error) != TW_OK && !error.type)
-		__builtin_trap();
-	arena_free(arena);
-	return 0;
+	return fuzz_mesh(bytes, size, MESH_STL);
 }
