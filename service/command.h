@@ -14,6 +14,7 @@ int command_sample(int argc, char **argv);
 int command_layout(int argc, char **argv);
 int command_field(int argc, char **argv);
 int command_steiner(int argc, char **argv);
+int command_certificate(int argc, char **argv);
 int command_rig(int argc, char **argv);
 int command_serve(int argc, char **argv);
 int command_key(int argc, char **argv);

@@ -3,8 +3,10 @@
  * the best tree and its bound are printed. */
 
 #include "service/command.h"
+#include "service/file.h"
 #include "solver/graph/steiner_file.h"
 #include "solver/option.h"
+#include "solver/steiner/certificate_file.h"
 #include "solver/steiner/steiner.h"
 
 #include <errno.h>
@@ -22,7 +24,8 @@ struct settings {
 	double time_limit, work_limit;
 	uint32_t memory_limit, threads;
 	bool json, stats, help;
-	const char *path; /* borrowed from argv; "-" is stdin */
+	const char *path;        /* borrowed from argv; "-" is stdin */
+	const char *certificate; /* borrowed from argv; NULL for none */
 };
 
 static const struct option rows[] = {
@@ -69,14 +72,16 @@ static void print_help(void)
 	printf("usage: tightwire steiner FILE.gr | FILE.stp | - [options]\n\n"
 	       "Solves a Steiner tree instance (PACE 2018 or SteinLib) to a proven optimum and prints it as PACE "
 	       "does:\n"
-	       "`VALUE n`, then an edge `u v` a line.\n\n");
+	       "`VALUE n`, then an edge `u v` a line.\n\n"
+	       "  --certificate FILE\n"
+	       "      write the tree with a lower bound that `tightwire certificate` checks without the solver\n");
 	option_print_help(&table, stdout);
 }
 
 static enum tw_status parse_arguments(struct settings *settings, int argc, char **argv, struct tw_error *error)
 {
 	option_defaults(&table, settings);
-	settings->path = NULL;
+	settings->path = settings->certificate = NULL;
 	for (int i = 1; i < argc; i++) {
 		bool taken = false;
 		const enum tw_status status = option_from_arguments(&table, settings, argc, argv, &i, &taken, error);
@@ -84,6 +89,10 @@ static enum tw_status parse_arguments(struct settings *settings, int argc, char 
 			return status;
 		if (taken)
 			continue;
+		if (!strcmp(argv[i], "--certificate") && i + 1 < argc) {
+			settings->certificate = argv[++i];
+			continue;
+		}
 		if (argv[i][0] == '-' && argv[i][1])
 			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "no such option; see --help");
 		if (settings->path)
@@ -275,6 +284,19 @@ static enum tw_status print_tree(const struct settings *settings, const struct s
 	return TW_OK;
 }
 
+static enum tw_status write_certificate(const struct settings *settings, const struct steiner_file *file,
+					const struct steiner_tree *tree, struct arena *arena, struct tw_error *error)
+{
+	struct steiner_certificate certificate;
+	const char *bytes;
+	size_t length;
+	enum tw_status status = steiner_certify(&file->graph, file->terminals, file->terminal_count, tree,
+						(size_t)settings->memory_limit << 20, arena, &certificate, error);
+	if (status == TW_OK)
+		status = certificate_write(&certificate, arena, &bytes, &length, error);
+	return status == TW_OK ? file_write(settings->certificate, bytes, length, error) : status;
+}
+
 static enum tw_status solve_file(const struct settings *settings, struct arena *arena, struct tw_error *error)
 {
 	struct steiner_file file;
@@ -296,7 +318,11 @@ static enum tw_status solve_file(const struct settings *settings, struct arena *
 	status = steiner_solve(&file.graph, file.terminals, file.terminal_count, &solver, arena, &tree, error);
 	if (watched)
 		fprintf(stderr, "\r\033[K");
-	return status == TW_OK ? print_tree(settings, &file, &tree, error) : status;
+	if (status == TW_OK)
+		status = print_tree(settings, &file, &tree, error);
+	if (status == TW_OK && settings->certificate)
+		status = write_certificate(settings, &file, &tree, arena, error);
+	return status;
 }
 
 static void report(const struct settings *settings, const struct tw_error *error)

@@ -12,6 +12,7 @@ static const struct command commands[] = {
 	{"layout", command_layout, "the whole computation: garment, motions and terminals in, wiring out"},
 	{"field", command_field, "the weight field of a garment for a set of motions"},
 	{"steiner", command_steiner, "exact Steiner tree of a PACE or SteinLib file"},
+	{"certificate", command_certificate, "check a certificate of an exact Steiner tree"},
 	{"rig", command_rig, "read the acquisition box of the bench rig"},
 	{"backup", command_backup, "copy a store that is in use"},
 	{"key", command_key, "make an API key for the service"},
@@ -25,7 +26,7 @@ static void print_usage(FILE *out)
 	fprintf(out,
 		"tightwire " TW_VERSION ": lays the wires of smart clothing\n\nusage: tightwire COMMAND [options]\n\n");
 	for (const struct command *c = commands; c->name; c++)
-		fprintf(out, "  %-10s %s\n", c->name, c->summary);
+		fprintf(out, "  %-12s %s\n", c->name, c->summary);
 	fprintf(out, "\n`tightwire COMMAND --help` explains each. Exit codes: 0 done, 1 failed, 2 usage.\n");
 }
 

@@ -1,7 +1,7 @@
 // `tightwire steiner` as a program: what it prints, where, and how it exits. The tree is checked here by its own means.
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
-import { writeFileSync } from 'node:fs';
+import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { temporaryFolder, tightwire } from './service.mjs';
@@ -96,6 +96,81 @@ test('an interrupt ends with the best tree so far', async () => {
   assert.ok(answer.lower_bound <= answer.weight);
 });
 
+/** What a certificate proves for an instance, worked out as `tightwire certificate --help` says. */
+function prove({ edges, terminals }, text) {
+  const lines = text.split('\n').filter((line) => line && !line.startsWith('#')).map((line) => line.split(' '));
+  const next = (keyword) => {
+    const [word, ...numbers] = lines.shift();
+    assert.equal(word, keyword);
+    return numbers.map(BigInt);
+  };
+  const rows = (count) => lines.splice(0, Number(count)).map((numbers) => numbers.map(BigInt));
+  assert.equal(lines.shift().join(' '), 'TIGHTWIRE STEINER CERTIFICATE 1');
+  assert.deepEqual(next('INSTANCE').slice(1), [BigInt(edges.length), BigInt(terminals.length)]);
+  const [weight] = next('WEIGHT'), [bound] = next('BOUND'), [certified] = next('CERTIFIED');
+  const tree = rows(next('TREE')[0]).map(([u, v]) => [Number(u), Number(v)]);
+  const [root, scale, total, potentials] = next('DUAL');
+  const taken = new Map();
+  let sum = 0n;
+  for (let i = 0n; i < potentials; i++) {
+    const [terminal, radius, members] = next('POTENTIAL');
+    const value = new Map(rows(members));
+    const at = (v) => value.get(BigInt(v)) ?? radius;
+    assert.ok(terminals.includes(Number(terminal)) && at(terminal) === 0n && at(root) === radius);
+    for (const [u, v] of edges) {
+      for (const [arc, fall] of [[`${u} ${v}`, at(u) - at(v)], [`${v} ${u}`, at(v) - at(u)]])
+        if (fall > 0n) taken.set(arc, (taken.get(arc) ?? 0n) + fall);
+    }
+    sum += radius;
+  }
+  next('END');
+  for (const [u, v, w] of edges)
+    for (const arc of [`${u} ${v}`, `${v} ${u}`])
+      assert.ok((taken.get(arc) ?? 0n) <= BigInt(w) * scale, `${arc} bears what is taken from it`);
+  assert.equal(sum, total);
+  assert.equal((total + scale - 1n) / scale, certified);
+  return { weight: Number(weight), bound: Number(bound), certified: Number(certified), tree };
+}
+
+test('a certificate proves its tree and its bound, here and by `tightwire certificate`', () => {
+  const instance = grid(40, 10), folder = temporaryFolder();
+  const file = join(folder.path, 'grid.stp'), certificate = join(folder.path, 'grid.certificate');
+  writeFileSync(file, instance.text);
+  const answer = JSON.parse(steiner('', file, '--json', '--certificate', certificate).stdout);
+  const text = readFileSync(certificate, 'utf8');
+  const proof = prove(instance, text);
+  assert.equal(weigh(instance, proof.tree), proof.weight);
+  assert.equal(proof.weight, answer.weight);
+  assert.equal(proof.bound, answer.lower_bound);
+  assert.ok(proof.certified <= proof.weight && proof.certified > 0.9 * proof.weight);
+
+  const check = (...files) => spawnSync(tightwire, ['certificate', ...files], { encoding: 'utf8', timeout: 60000 });
+  const good = check(file, certificate);
+  assert.equal(good.status, 0, good.stderr);
+  assert.ok(good.stdout.includes(`no tree weighs less than ${proof.certified} `));
+  for (const [from, to, words] of [
+    [/^WEIGHT .*/m, `WEIGHT ${proof.weight + 1}`, /tree: the edges weigh/],
+    [/^CERTIFIED .*/m, `CERTIFIED ${proof.certified + 1}`, /certified: is not the total/],
+    [/^(POTENTIAL \d+) \d+ /m, '$1 999999999999 ', /potentials: take more|total: is /],
+    [/^END/m, '', /the file ends where END should stand/],
+  ]) {
+    writeFileSync(certificate, text.replace(from, to));
+    const { status, stdout, stderr } = check(file, certificate);
+    assert.equal(status, 1);
+    assert.equal(stdout, '');
+    assert.match(stderr, words);
+  }
+  assert.equal(check(file).status, 2);
+  assert.match(check('/does/not/exist', certificate).stderr, /does\/not\/exist: cannot open/);
+});
+
+test('no tree, no certificate', () => {
+  const certificate = join(temporaryFolder().path, 'none');
+  const apart = square.replace('E 3 4 5', 'E 4 5 5').replace('E 1 4 20', 'E 4 5 5');
+  assert.equal(steiner(apart, '-', '--certificate', certificate).status, 1);
+  assert.ok(!existsSync(certificate));
+});
+
 test('a wrong file is one line on stderr that names the line, and exit code 1', () => {
   for (const [text, words] of [
     ['', /the file is empty/],
@@ -125,6 +200,6 @@ test('wrong usage is exit code 2', () => {
   }
   const help = steiner('', '--help');
   assert.equal(help.status, 0);
-  for (const flag of ['--time-limit', '--work-limit', '--memory-limit', '--threads', '--json', '--stats'])
+  for (const flag of ['--time-limit', '--work-limit', '--memory-limit', '--threads', '--json', '--stats', '--certificate'])
     assert.ok(help.stdout.includes(flag), flag);
 });
