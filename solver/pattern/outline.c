@@ -205,3 +205,19 @@ double outline_distance(const struct outline *outline, const struct garment *gar
 	}
 	return best;
 }
+
+/* A ray to the right leaves the piece as often as it enters, and once more from within. */
+bool outline_contains(const struct outline *outline, const struct garment *garment, uint32_t piece, struct vec2 point)
+{
+	bool contained = false;
+	for (uint32_t i = outline->piece_first[piece]; i < outline->piece_first[piece + 1]; i++) {
+		struct vec2 from, to;
+		outline_ends(outline, garment, i, &from, &to);
+		if ((from.y > point.y) == (to.y > point.y))
+			continue;
+		double side = vec2_cross(vec2_sub(to, from), vec2_sub(point, from));
+		if (to.y > from.y ? side > 0 : side < 0)
+			contained = !contained;
+	}
+	return contained;
+}

@@ -6,6 +6,8 @@
 #include "solver/curve/vector.h"
 #include "solver/garment/garment.h"
 
+#include <stdbool.h>
+
 /* One mesh edge on a cut line, directed so that its piece lies to the left. */
 struct outline_segment {
 	uint32_t edge; /* of the topology */
@@ -44,6 +46,9 @@ enum tw_status outline_build(struct outline *outline, struct arena *arena, const
 /* The distance of a point from the outline of its piece, and the nearest segment (may be NULL). */
 double outline_distance(const struct outline *outline, const struct garment *garment, uint32_t piece, struct vec2 point,
 			uint32_t *segment);
+
+/* Whether a point lies in a piece: within its outline, and in none of its holes. */
+bool outline_contains(const struct outline *outline, const struct garment *garment, uint32_t piece, struct vec2 point);
 
 /* The ends of a segment in the pattern. */
 void outline_ends(const struct outline *outline, const struct garment *garment, uint32_t segment, struct vec2 *from,

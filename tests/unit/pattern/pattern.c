@@ -131,6 +131,30 @@ static void outlines_close_and_hold_the_area(void **state)
 }
 
 /* A tube of one piece is sewn to itself: one seam whose two sides lie on one outline. */
+static void an_outline_contains_what_its_faces_do(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	struct garment garment;
+	struct topology topology;
+	struct outline outline;
+	mesh_sheet(&garment, arena, 12, 7, 10, 0.3, 5);
+	assert_int_equal(topology_build(&topology, arena, &garment, NULL), TW_OK);
+	assert_int_equal(outline_build(&outline, arena, &garment, &topology, NULL), TW_OK);
+	uint64_t seed = 7;
+	for (uint32_t round = 0; round < 4000; round++) {
+		struct vec2 p = {mesh_random(&seed) * 160 - 20, mesh_random(&seed) * 110 - 20};
+		uint32_t piece = round % 2;
+		if (piece == 1)
+			p = (struct vec2){2000 - p.y, p.x - 300};
+		bool inside = false;
+		for (uint32_t f = 0; f < garment.face_count && !inside; f++)
+			inside = garment.face_piece[f] == piece && distance_to_face(&garment, f, p) == 0;
+		assert_int_equal(outline_contains(&outline, &garment, piece, p), inside);
+	}
+	arena_free(arena);
+}
+
 static void a_tube_is_sewn_to_itself(void **state)
 {
 	(void)state;
@@ -181,8 +205,11 @@ static void a_view_sees_the_near_side(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(finds_the_nearest_face_of_the_piece), cmocka_unit_test(cuts_a_segment_at_every_edge),
-		cmocka_unit_test(outlines_close_and_hold_the_area),    cmocka_unit_test(a_tube_is_sewn_to_itself),
+		cmocka_unit_test(finds_the_nearest_face_of_the_piece),
+		cmocka_unit_test(cuts_a_segment_at_every_edge),
+		cmocka_unit_test(outlines_close_and_hold_the_area),
+		cmocka_unit_test(an_outline_contains_what_its_faces_do),
+		cmocka_unit_test(a_tube_is_sewn_to_itself),
 		cmocka_unit_test(a_view_sees_the_near_side),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
