@@ -1,0 +1,278 @@
+/* All lettering of the sheet. Numbers of seams lie where their seams are; the names of pieces where a piece has most
+ * room beside wires and terminals; the names of terminals then find a place beside their points that keeps off both,
+ * off wires and off cut lines. */
+#include "solver/layout/sheet_names.h"
+
+enum { SEAM_SHORTEST_MM = 12, SEAM_TICK_MM = 5, SEAM_LABEL_MM = 11, SEAM_LETTER_MM = 8, DOT_MM = 6, GRAIN_MM = 60 };
+enum { TERMINAL_LETTER_MM = 9, WIRE_STEP_MM = 6 };
+
+/* The middle of each side of a seam, by length. */
+static enum tw_status find_seams(struct sheet_names *names, const struct sheet *sheet)
+{
+	const struct outline *outline = sheet->result->outline;
+	const struct garment *garment = sheet->result->input->garment;
+	double(*run)[2] = arena_zeroed(sheet->arena, outline->seam_count, sizeof *run);
+	names->seam = ARENA_ARRAY(sheet->arena, 2 * (size_t)outline->seam_count, struct seam_mark);
+	if (!run || !names->seam)
+		return tw_fail_memory(NULL);
+	uint32_t piece = 0;
+	for (uint32_t i = 0; i < outline->segment_count; i++) {
+		while (i >= outline->piece_first[piece + 1])
+			piece++;
+		const struct outline_segment *segment = &outline->segment[i];
+		if (segment->seam == GARMENT_NONE)
+			continue;
+		const struct outline_seam *seam = &outline->seam[segment->seam];
+		int side = piece == seam->piece[0] ? 0 : 1;
+		struct vec2 from, to;
+		outline_ends(outline, garment, i, &from, &to);
+		double before = run[segment->seam][side], length = vec2_distance(from, to);
+		double middle = seam->length_mm[side] / 2;
+		run[segment->seam][side] += length;
+		if (seam->length_mm[side] < SEAM_SHORTEST_MM || middle < before || middle >= before + length)
+			continue;
+		struct vec2 inward = vec2_left(vec2_unit(vec2_sub(to, from)));
+		struct vec2 at = vec2_mix(from, to, length > 0 ? (middle - before) / length : 0);
+		names->seam[names->seam_count++] = (struct seam_mark){
+			.number = segment->seam + 1,
+			.piece = piece,
+			.at = at,
+			.inward = inward,
+			.label = sheet_point(sheet, piece, vec2_along(at, inward, SEAM_LABEL_MM)),
+		};
+	}
+	return TW_OK;
+}
+
+/* How far a point of a piece is from its cut line, from every wire and from every terminal. */
+static double room_at(const struct layout_result *result, uint32_t piece, struct vec2 point)
+{
+	double room = outline_distance(result->outline, result->input->garment, piece, point, NULL);
+	if (!outline_contains(result->outline, result->input->garment, piece, point))
+		return -room;
+	const struct solved *ours = result->ours;
+	for (uint32_t b = 0; b < ours->branches.branch_count; b++) {
+		const struct wire *wire = &ours->wires.wire[b];
+		for (uint32_t s = 0; s < wire->span_count; s++) {
+			const struct span *span = &wire->span[s];
+			if (span->piece != piece)
+				continue;
+			double distance = vec2_distance(point, span_point(span, span_nearest(span, point)));
+			room = distance < room ? distance : room;
+		}
+	}
+	for (uint32_t s = 0; s < result->sites->count; s++)
+		if (ours->wires.end[s].piece == piece)
+			room = fmin(room, vec2_distance(point, ours->wires.end[s].at));
+	return room;
+}
+
+/* The least room along a name, and along the grain line below it, which may pass wires a little nearer. */
+static double room_for_name(const struct layout_result *result, uint32_t piece, struct vec2 middle)
+{
+	enum { HALF_NAME_MM = 45, GRAIN_SLACK_MM = 20 };
+	double room = INFINITY;
+	for (int side = -1; side <= 1; side++)
+		room = fmin(room, room_at(result, piece, (struct vec2){middle.x + side * HALF_NAME_MM, middle.y}));
+	for (int step = 1; step <= 3; step++) {
+		struct vec2 below = {middle.x, middle.y - step * (GRAIN_MM / 3.0)};
+		room = fmin(room, room_at(result, piece, below) + GRAIN_SLACK_MM);
+	}
+	return room;
+}
+
+/* The middle of the face around which a name has most room. */
+static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, uint32_t faces)
+{
+	enum { TRIES = 300 };
+	const struct garment *garment = result->input->garment;
+	uint32_t step = faces / TRIES + 1, seen = 0;
+	double best = -INFINITY;
+	struct vec2 at = {0, 0};
+	for (uint32_t f = 0; f < garment->face_count; f++) {
+		if (garment->face_piece[f] != piece || seen++ % step)
+			continue;
+		struct place place = {.face = f, .barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+		struct vec2 middle = place_on_pattern(garment, &place);
+		double room = room_for_name(result, piece, middle);
+		if (room > best) {
+			best = room;
+			at = middle;
+		}
+	}
+	return at;
+}
+
+/* So small that the name takes half the piece's width, which leaves room for wires and where the piece narrows. */
+static double name_size(const struct sheet *sheet, uint32_t piece)
+{
+	struct extent extent = sheet_extent(sheet, piece);
+	double width = label_width(sheet->result->input->garment->piece_name[piece], 1) + 1;
+	return fmax(6, fmin(18, 0.45 * (extent.high.x - extent.low.x) / width));
+}
+
+static enum tw_status find_pieces(struct sheet_names *names, const struct sheet *sheet)
+{
+	const struct garment *garment = sheet->result->input->garment;
+	uint32_t *faces = ARENA_ZEROED(sheet->arena, garment->piece_count, uint32_t);
+	names->piece = ARENA_ARRAY(sheet->arena, garment->piece_count, struct piece_name);
+	if (!faces || !names->piece)
+		return tw_fail_memory(NULL);
+	for (uint32_t f = 0; f < garment->face_count; f++)
+		faces[garment->face_piece[f]]++;
+	for (uint32_t p = 0; p < garment->piece_count; p++) {
+		struct vec2 at = sheet_point(sheet, p, roomiest(sheet->result, p, faces[p]));
+		names->piece[p] = (struct piece_name){{at.x, at.y + 6}, name_size(sheet, p)};
+	}
+	return TW_OK;
+}
+
+/* What the names of terminals keep off: other lettering and dots as much as each other, wires and cut lines where they
+ * can. */
+static void block_lettering(struct label_page *page, const struct sheet_names *names, const struct sheet *sheet)
+{
+	const struct garment *garment = sheet->result->input->garment;
+	for (uint32_t i = 0; i < names->seam_count; i++)
+		label_page_block(page, names->seam[i].label, SEAM_LETTER_MM + 2, LABEL_PRICE);
+	for (uint32_t p = 0; p < garment->piece_count; p++) {
+		struct vec2 at = names->piece[p].at;
+		double half = label_width(garment->piece_name[p], names->piece[p].size) / 2;
+		label_page_block_box(
+			page, (struct label_box){at.x - half, at.y - names->piece[p].size, at.x + half, at.y + 4},
+			LABEL_PRICE);
+		label_page_block_box(page, (struct label_box){at.x - 4, at.y, at.x + 4, at.y + GRAIN_MM + 8}, 3);
+	}
+	for (uint32_t s = 0; s < sheet->result->sites->count; s++)
+		label_page_block(page, page->label[s].at, DOT_MM, LABEL_PRICE);
+}
+
+static uint32_t steps_of(const struct span *span)
+{
+	return (uint32_t)(span_length(span) / WIRE_STEP_MM) + 1;
+}
+
+static void block_wires(struct label_page *page, const struct sheet *sheet)
+{
+	const struct solved *ours = sheet->result->ours;
+	for (uint32_t b = 0; b < ours->branches.branch_count; b++)
+		for (uint32_t s = 0; s < ours->wires.wire[b].span_count; s++) {
+			const struct span *span = &ours->wires.wire[b].span[s];
+			for (uint32_t i = 0, steps = steps_of(span); i < steps; i++) {
+				struct vec2 point = span_point(span, (i + 0.5) / steps);
+				label_page_block(page, sheet_point(sheet, span->piece, point), WIRE_STEP_MM, 1);
+			}
+		}
+}
+
+static void block_cut_lines(struct label_page *page, const struct sheet *sheet)
+{
+	const struct outline *outline = sheet->result->outline;
+	for (uint32_t piece = 0; piece < sheet->result->input->garment->piece_count; piece++)
+		for (uint32_t i = outline->piece_first[piece]; i < outline->piece_first[piece + 1]; i++) {
+			struct vec2 from, to;
+			outline_ends(outline, sheet->result->input->garment, i, &from, &to);
+			label_page_block(page, sheet_point(sheet, piece, vec2_mix(from, to, 0.5)),
+					 fmax(1, vec2_distance(from, to) / 2), 3);
+		}
+}
+
+static uint32_t count_wire_steps(const struct solved *ours)
+{
+	uint32_t steps = 0;
+	for (uint32_t b = 0; b < ours->branches.branch_count; b++)
+		for (uint32_t s = 0; s < ours->wires.wire[b].span_count; s++)
+			steps += steps_of(&ours->wires.wire[b].span[s]);
+	return steps;
+}
+
+static const char *name_of(const struct sheet *sheet, uint32_t site, char *buffer)
+{
+	return terminal_name(sheet->result->input->request, sheet->result->sites->site[site].terminal, buffer);
+}
+
+static enum tw_status find_terminals(struct sheet_names *names, const struct sheet *sheet)
+{
+	const struct layout_result *result = sheet->result;
+	const struct wire_end *end = result->ours->wires.end;
+	uint32_t count = result->sites->count;
+	uint32_t blocks = names->seam_count + 2 * result->input->garment->piece_count + count +
+			  count_wire_steps(result->ours) + result->outline->segment_count;
+	enum tw_status status =
+		label_page_init(&names->terminals, sheet->arena, (struct label_box){0, 0, sheet->width, sheet->height},
+				DOT_MM, count, blocks, NULL);
+	if (status)
+		return status;
+	for (uint32_t s = 0; s < count; s++) {
+		char buffer[16];
+		label_page_add(&names->terminals, sheet_point(sheet, end[s].piece, end[s].at),
+			       name_of(sheet, s, buffer), TERMINAL_LETTER_MM);
+	}
+	block_lettering(&names->terminals, names, sheet);
+	block_wires(&names->terminals, sheet);
+	block_cut_lines(&names->terminals, sheet);
+	label_page_settle(&names->terminals);
+	return TW_OK;
+}
+
+enum tw_status sheet_names_find(struct sheet_names *names, const struct sheet *sheet)
+{
+	*names = (struct sheet_names){0};
+	enum tw_status status = find_seams(names, sheet);
+	if (!status)
+		status = find_pieces(names, sheet);
+	return status ? status : find_terminals(names, sheet);
+}
+
+/* --- writing ---------------------------------------------------------------------------------------------------- */
+
+static void add_text(const struct sheet *sheet, struct vec2 page, const char *attributes, const char *text)
+{
+	text_format(sheet->text, "<text %sx=\"", attributes);
+	text_number(sheet->text, page.x, 2);
+	text_add(sheet->text, "\" y=\"");
+	text_number(sheet->text, page.y, 2);
+	text_add(sheet->text, "\">");
+	text_xml(sheet->text, text);
+	text_add(sheet->text, "</text>\n");
+}
+
+void sheet_names_add_seams(const struct sheet_names *names, const struct sheet *sheet)
+{
+	text_format(sheet->text, "<g font-size=\"%d\" fill=\"#1f6fb2\" text-anchor=\"middle\">\n", SEAM_LETTER_MM);
+	for (uint32_t i = 0; i < names->seam_count; i++) {
+		const struct seam_mark *mark = &names->seam[i];
+		char number[16];
+		snprintf(number, sizeof number, "%u", mark->number);
+		sheet_add_tick(sheet, mark->piece, mark->at, mark->inward, SEAM_TICK_MM);
+		add_text(sheet, (struct vec2){mark->label.x, mark->label.y + 2.5}, "stroke=\"none\" ", number);
+	}
+	text_add(sheet->text, "</g>\n");
+}
+
+void sheet_names_add_pieces(const struct sheet_names *names, const struct sheet *sheet)
+{
+	const struct garment *garment = sheet->result->input->garment;
+	for (uint32_t p = 0; p < garment->piece_count; p++) {
+		const struct piece_name *name = &names->piece[p];
+		char size[32];
+		snprintf(size, sizeof size, "font-size=\"%.1f\" ", name->size);
+		add_text(sheet, name->at, size, garment->piece_name[p]);
+		text_format(sheet->text,
+			    "<path d=\"M%.2f %.2fv%dm-3 -8l3 8l3 -8m-6 -44l3 -8l3 8\" fill=\"none\" stroke=\"#555\" "
+			    "stroke-width=\"0.6\"/>\n",
+			    name->at.x, name->at.y + 8, GRAIN_MM);
+	}
+}
+
+void sheet_names_add_terminals(const struct sheet_names *names, const struct sheet *sheet)
+{
+	text_format(sheet->text, "<g stroke=\"#fff\" stroke-width=\"2.5\" paint-order=\"stroke\" font-size=\"%d\">\n",
+		    TERMINAL_LETTER_MM);
+	for (uint32_t s = 0; s < names->terminals.label_count; s++) {
+		const struct label *label = &names->terminals.label[s];
+		char buffer[16], anchor[32];
+		snprintf(anchor, sizeof anchor, "text-anchor=\"%s\" ", label_anchor_name(label->anchor));
+		add_text(sheet, label->text, anchor, name_of(sheet, s, buffer));
+	}
+	text_add(sheet->text, "</g>\n");
+}
