@@ -86,6 +86,39 @@ test('another program can draw the drawings', { skip: spawnSync('rsvg-convert', 
   }
 });
 
+/* The boxes of the terminals' names, estimated from their anchors and letters. */
+function boxesOfNames(svg, names, size) {
+  const text = /<text(?: text-anchor="(\w+)")? x="([-\d.]+)" y="([-\d.]+)">([^<]*)<\/text>/g;
+  return [...svg.matchAll(text)]
+    .filter(([, , , , name]) => names.has(name))
+    .map(([, anchor, x, y, name]) => {
+      const width = 0.55 * size * name.length;
+      const left = Number(x) - (anchor === 'end' ? width : anchor === 'middle' ? width / 2 : 0);
+      return { name, left, right: left + width, top: Number(y) - 0.7 * size, bottom: Number(y) };
+    });
+}
+
+test('no two names of terminals lie on each other', () => {
+  const names = new Set(documentOf('joints').terminals.map(({ name }) => name));
+  for (const [drawing, size] of [['pattern.svg', 9], ['suit.svg', 26]]) {
+    const svg = readFileSync(join(folder.path, 'joints', drawing), 'utf8');
+    for (const part of svg.split('<g id="back">')) {
+      const boxes = boxesOfNames(part, names, size);
+      assert.ok(boxes.length > 3 || part === svg);
+      for (const a of boxes)
+        for (const b of boxes)
+          if (a !== b && a.left < b.right && b.left < a.right)
+            assert.ok(a.bottom <= b.top || b.bottom <= a.top, `${a.name} and ${b.name}`);
+    }
+  }
+});
+
+test('a drawing says which baseline it is compared with', () => {
+  assert.equal(layout('shortest', terminalSet(), '--baseline', 'length').status, 0);
+  assert.match(readFileSync(join(folder.path, 'shortest', 'suit.svg'), 'utf8'), /dashed tree of least length/);
+  assert.match(readFileSync(join(folder.path, 'joints', 'suit.svg'), 'utf8'), /dashed tree of fewest edges/);
+});
+
 test('a request outweighs defaults, and a flag outweighs the request', () => {
   const request = JSON.parse(readFileSync(terminalSet()));
   request.options = { baseline: 'length', elongation: false };
