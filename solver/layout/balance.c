@@ -5,7 +5,7 @@
 
 #include <stdlib.h>
 
-enum { HALVINGS = 5 };
+enum { HALVINGS = 5, SEARCHES = HALVINGS + 2 };
 static const double extreme = 100; /* eta from a hundredth to a hundredfold of the mean density */
 
 struct balance {
@@ -13,6 +13,9 @@ struct balance {
 	const struct layout_input *input;
 	const struct site_set *sites;
 	const struct graph *bare; /* the network's, weighed with eta = 0 */
+	void (*progress)(void *context, double share);
+	void *context;
+	int searches_done;
 };
 
 struct outcome {
@@ -39,16 +42,26 @@ static double tree_length(const struct network *network, const struct steiner_tr
 	return length;
 }
 
-static enum tw_status try_eta(const struct balance *balance, double eta, struct outcome *outcome,
-			      struct tw_error *error)
+static void pass_progress(void *context, const struct steiner_progress *progress)
+{
+	const struct balance *balance = context;
+	balance->progress(balance->context, (balance->searches_done + pricing_solved(progress)) / SEARCHES);
+}
+
+static enum tw_status try_eta(struct balance *balance, double eta, struct outcome *outcome, struct tw_error *error)
 {
 	struct arena_mark mark = arena_mark(balance->arena);
 	struct pricing pricing;
 	struct steiner_tree tree;
 	enum tw_status status = pricing_build(&pricing, balance->arena, balance->input, balance->sites, eta, error);
+	const struct pricing_search search = {.graph = &pricing.network.graph,
+					      .time_share = 1.0 / SEARCHES,
+					      .progress = pass_progress,
+					      .context = balance};
 	if (!status)
-		status = pricing_solve(&pricing, balance->arena, balance->input, &pricing.network.graph, 0, NULL, NULL,
-				       &tree, error);
+		status = pricing_solve(&pricing, balance->arena, balance->input, &search, &tree, error);
+	balance->searches_done++;
+	balance->progress(balance->context, (double)balance->searches_done / SEARCHES);
 	if (!status) {
 		*outcome = (struct outcome){.length = tree_length(&pricing.network, &tree)};
 		for (uint32_t i = 0; i < tree.edge_count; i++)
@@ -66,7 +79,7 @@ static double round_digits(double value)
 	return strtod(text, NULL);
 }
 
-static enum tw_status halve(const struct balance *balance, double low, double high, double *eta, struct tw_error *error)
+static enum tw_status halve(struct balance *balance, double low, double high, double *eta, struct tw_error *error)
 {
 	struct outcome at_low, at_high, here;
 	enum tw_status status = try_eta(balance, low, &at_low, error);
@@ -97,7 +110,8 @@ static enum tw_status halve(const struct balance *balance, double low, double hi
 }
 
 enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct layout_input *input,
-			       const struct site_set *sites, struct tw_error *error)
+			       const struct site_set *sites, void (*progress)(void *context, double share),
+			       void *context, struct tw_error *error)
 {
 	double mean = mean_density(input->field);
 	*eta_mpa = input->field->options.eta_mpa;
@@ -107,7 +121,7 @@ enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struc
 	struct pricing bare;
 	enum tw_status status = pricing_build(&bare, arena, input, sites, 0, error);
 	if (!status) {
-		struct balance balance = {arena, input, sites, &bare.network.graph};
+		struct balance balance = {arena, input, sites, &bare.network.graph, progress, context, 0};
 		status = halve(&balance, mean / extreme, mean * extreme, eta_mpa, error);
 	}
 	arena_release(arena, mark);

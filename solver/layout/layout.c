@@ -26,6 +26,12 @@ _Static_assert((int)WRITER_COUNT <= (int)LAYOUT_ARTIFACTS_MAX, "more writers tha
  * reported. */
 #define BASELINE_WORK 300000000u
 
+/* What of the whole is done at the end of a stage, roughly; the balance of eta is only seldom asked for. */
+#define SHARE_PLACED 0.02
+#define SHARE_BALANCED 0.4
+#define SHARE_SOLVED 0.6
+#define SHARE_COMPARED 0.8
+
 struct job {
 	const struct layout_input *input;
 	struct arena *arena;
@@ -70,10 +76,12 @@ static void report_search(void *context, const struct steiner_progress *search)
 		job->progress.weight = search->weight;
 		job->progress.lower_bound = search->lower_bound;
 	}
-	double solved = search->weight && search->weight != UINT64_MAX
-				? (double)search->lower_bound / (double)search->weight
-				: 0;
-	report(job, job->progress.stage, job->share_from + solved * (job->share_to - job->share_from));
+	report(job, job->progress.stage, job->share_from + pricing_solved(search) * (job->share_to - job->share_from));
+}
+
+static void report_balance(void *context, double share)
+{
+	report(context, "eta", SHARE_PLACED + share * (SHARE_BALANCED - SHARE_PLACED));
 }
 
 static void choose_rules(struct job *job)
@@ -102,8 +110,8 @@ static enum tw_status prepare(struct job *job, struct tw_error *error)
 					 input->request, options->snap_mm, error);
 	double eta = NAN;
 	if (!status && options->eta == ETA_AUTO) {
-		report(job, "eta", 0.02);
-		status = pricing_balance(&eta, job->arena, input, &job->sites, error);
+		report_balance(job, 0);
+		status = pricing_balance(&eta, job->arena, input, &job->sites, report_balance, job, error);
 	}
 	if (!status)
 		status = pricing_build(&job->pricing, job->arena, input, &job->sites, eta, error);
@@ -115,8 +123,9 @@ static enum tw_status prepare(struct job *job, struct tw_error *error)
 static enum tw_status search(struct job *job, const struct graph *graph, const char *stage, uint64_t work_limit,
 			     struct steiner_tree *tree, struct tw_error *error)
 {
+	const struct pricing_search search = {graph, work_limit, 1, report_search, job};
 	report(job, stage, job->share_from);
-	return pricing_solve(&job->pricing, job->arena, job->input, graph, work_limit, report_search, job, tree, error);
+	return pricing_solve(&job->pricing, job->arena, job->input, &search, tree, error);
 }
 
 /* What a millimetre along each edge costs; NULL where edges have no price of their own. */
@@ -169,11 +178,14 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 {
 	double start = now();
 	bool compare = job->pricing.network.baseline != NULL;
-	job->share_from = 0.02, job->share_to = compare ? 0.5 : 0.8;
+	job->share_from = job->input->request->options.eta == ETA_AUTO ? SHARE_BALANCED : SHARE_PLACED;
+	job->share_to = compare ? SHARE_SOLVED : SHARE_COMPARED;
 	enum tw_status status = search(job, &job->pricing.network.graph, "tree", 0, &job->ours.tree, error);
 	summary->seconds_tree = lap(&start);
 	if (status)
 		return status;
+	job->progress.weight = job->ours.tree.weight;
+	job->progress.lower_bound = job->ours.tree.lower_bound;
 	if (compare) {
 		/* The baseline's graph is the same one with other weights. */
 		struct graph graph = job->pricing.network.graph;
@@ -182,12 +194,12 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 			return tw_fail_memory(error);
 		memcpy(weight, job->pricing.network.baseline, graph.edge_count * sizeof *weight);
 		graph.weight = weight;
-		job->share_from = 0.5, job->share_to = 0.8;
+		job->share_from = SHARE_SOLVED, job->share_to = SHARE_COMPARED;
 		status = search(job, &graph, "baseline", BASELINE_WORK, &job->baseline.tree, error);
 		summary->seconds_baseline = lap(&start);
 	}
 	const double *costs = NULL;
-	report(job, "curves", 0.8);
+	report(job, "curves", SHARE_COMPARED);
 	if (!status)
 		status = find_costs(job, &costs, error);
 	if (!status)

@@ -15,7 +15,8 @@ static const struct option rows[] = {
 	{"baseline", OPTION_CHOICE, AT(baseline), NULL, BASELINE_UNIT, 0, 0, baselines,
 	 "layout to compare with: fewest edges (as the paper), shortest rest length, or none"},
 	{"time_limit_s", OPTION_NUMBER, AT(time_limit_s), "s", 0, 0, 86400, NULL,
-	 "end the search for the optimum after this time with the best tree and its bound; 0 for no limit"},
+	 "end the search for the optimum after this time with the best tree and its bound; the searches for the "
+	 "baseline and for eta auto may each take as long; 0 for no limit"},
 	{"minimum_radius_mm", OPTION_NUMBER_OR_AUTO, AT(minimum_radius_mm), "mm", NAN, 0.1, 1000, NULL,
 	 "smallest radius of the wires' curves; auto is half the strip width"},
 	{"tolerance_mm", OPTION_NUMBER_OR_AUTO, AT(tolerance_mm), "mm", NAN, 0.01, 1000, NULL,

@@ -71,19 +71,18 @@ static enum tw_status fail_apart(const struct pricing *pricing, const struct ste
 		       terminal[0]);
 }
 
-/* The search hands one context to its two callbacks; the caller's progress and the request's cancelling have their own.
+/* The solver hands one context to its two callbacks; the search's progress and the request's cancelling have their own.
  */
 struct callbacks {
 	const struct layout_input *input;
-	void (*progress)(void *context, const struct steiner_progress *progress); /* may be NULL */
-	void *context;
+	const struct pricing_search *search;
 };
 
 static void pass_progress(void *context, const struct steiner_progress *progress)
 {
 	const struct callbacks *callbacks = context;
-	if (callbacks->progress)
-		callbacks->progress(callbacks->context, progress);
+	if (callbacks->search->progress)
+		callbacks->search->progress(callbacks->search->context, progress);
 }
 
 static int pass_cancelled(void *context)
@@ -93,25 +92,30 @@ static int pass_cancelled(void *context)
 }
 
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
-			     const struct graph *graph, uint64_t work_limit,
-			     void (*progress)(void *, const struct steiner_progress *), void *context,
-			     struct steiner_tree *tree, struct tw_error *error)
+			     const struct pricing_search *search, struct steiner_tree *tree, struct tw_error *error)
 {
-	struct callbacks callbacks = {input, progress, context};
+	struct callbacks callbacks = {input, search};
 	struct steiner_options options = {
-		.time_limit_s = input->request->options.time_limit_s,
-		.work_limit = work_limit,
+		.time_limit_s = input->request->options.time_limit_s * search->time_share,
+		.work_limit = search->work_limit,
 		.memory_limit = input->memory_limit,
 		.threads = input->threads,
 		.progress = pass_progress,
 		.cancelled = pass_cancelled,
 		.context = &callbacks,
 	};
-	enum tw_status status = steiner_solve(graph, pricing->network.terminal, pricing->network.sites->count, &options,
-					      arena, tree, error);
+	enum tw_status status = steiner_solve(search->graph, pricing->network.terminal, pricing->network.sites->count,
+					      &options, arena, tree, error);
 	if (status)
 		return status;
 	if (tree->outcome == STEINER_CANCELLED)
 		return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
 	return tree->outcome == STEINER_INFEASIBLE ? fail_apart(pricing, tree, error) : TW_OK;
+}
+
+double pricing_solved(const struct steiner_progress *progress)
+{
+	if (progress->weight == UINT64_MAX)
+		return 0;
+	return progress->weight ? (double)progress->lower_bound / (double)progress->weight : 1;
 }

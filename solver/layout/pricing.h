@@ -22,16 +22,28 @@ struct pricing {
 enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
 			     const struct site_set *sites, double eta_mpa, struct tw_error *error) TW_NODISCARD;
 
-/* Solves for the tree; TW_ERROR_CANCELLED, or TW_ERROR_INPUT "terminals-apart" where constraints leave no way. `graph`
- * is the network's, or that with other weights; `work_limit` as in steiner_options. */
+/* One search for a tree. */
+struct pricing_search {
+	const struct graph *graph; /* the network's, or that with other weights */
+	uint64_t work_limit;       /* as in steiner_options */
+	double time_share;         /* of the request's time limit */
+	void (*progress)(void *context, const struct steiner_progress *progress); /* may be NULL */
+	void *context;                                                            /* borrowed, handed to it */
+};
+
+/* Solves for the tree; TW_ERROR_CANCELLED, or TW_ERROR_INPUT "terminals-apart" where constraints leave no way. */
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
-			     const struct graph *graph, uint64_t work_limit,
-			     void (*progress)(void *, const struct steiner_progress *), void *context,
-			     struct steiner_tree *tree, struct tw_error *error) TW_NODISCARD;
+			     const struct pricing_search *search, struct steiner_tree *tree,
+			     struct tw_error *error) TW_NODISCARD;
+
+/* How much of a search is done, 0…1: how near bound and tree are. */
+double pricing_solved(const struct steiner_progress *progress);
 
 /* The eta at which, for these terminals, the normalised curves of length (falling with eta) and deformation energy
- * (rising) cross (method 3), to three digits. Costs about seven searches; scratch memory goes back to the arena. */
+ * (rising) cross (method 3), to three digits. Costs about seven searches, which share the request's time limit;
+ * `progress` hears their share, 0…1. Scratch memory goes back to the arena. */
 enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct layout_input *input,
-			       const struct site_set *sites, struct tw_error *error) TW_NODISCARD;
+			       const struct site_set *sites, void (*progress)(void *context, double share),
+			       void *context, struct tw_error *error) TW_NODISCARD;
 
 #endif

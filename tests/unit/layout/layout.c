@@ -385,6 +385,58 @@ static void a_cancelled_layout_says_so(void **state)
 	tear_down(&bench);
 }
 
+struct watch {
+	struct bench *bench;
+	struct layout_progress last;
+	uint32_t reports, eta_reports;
+};
+
+static void take_progress(void *context, const struct layout_progress *progress)
+{
+	struct watch *watch = context;
+	assert_true(progress->share >= watch->last.share && progress->share <= 1);
+	bool moved = !watch->last.stage || progress->share > watch->last.share;
+	watch->eta_reports += !strcmp(progress->stage, "eta") && moved;
+	watch->reports++;
+	watch->last = *progress;
+}
+
+static enum tw_status open_watched_motion(void *context, uint32_t motion, struct motion_reader **reader,
+					  struct tw_error *error)
+{
+	struct watch *watch = context;
+	return open_motion(watch->bench, motion, reader, error);
+}
+
+static void progress_never_falls_and_ends_with_the_proven_tree(void **state)
+{
+	(void)state;
+	struct bench bench;
+	set_up(&bench, 0, 0.2);
+	for (uint32_t f = 0; f < bench.garment.face_count; f++)
+		((double *)bench.field.density)[f] *= 1 + f % 7;
+	set_motion(&bench, NULL);
+	struct watch watch = {.bench = &bench};
+	const char *json = "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198}],"
+			   "\"options\":{\"eta\":\"auto\"}}";
+	assert_int_equal(layout_request_parse(&bench.request, json, strlen(json), NULL), TW_OK);
+	static const char *const names[] = {"still"};
+	struct layout_input input = {.garment = &bench.garment,
+				     .topology = &bench.topology,
+				     .field = &bench.field,
+				     .request = &bench.request,
+				     .motion_name = names,
+				     .motion_count = 1,
+				     .motion_open = open_watched_motion,
+				     .progress = take_progress,
+				     .context = &watch};
+	assert_int_equal(layout_compute(&input, bench.arena, &bench.output, NULL), TW_OK);
+	assert_true(watch.eta_reports >= 3);
+	assert_int_equal(watch.last.weight, bench.output.summary.weight);
+	assert_int_equal(watch.last.lower_bound, bench.output.summary.weight);
+	tear_down(&bench);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -400,6 +452,7 @@ int main(void)
 		cmocka_unit_test(terminals_on_two_garments_are_apart),
 		cmocka_unit_test(drawings_are_well_formed_and_of_true_scale),
 		cmocka_unit_test(a_cancelled_layout_says_so),
+		cmocka_unit_test(progress_never_falls_and_ends_with_the_proven_tree),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
