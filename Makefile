@@ -144,7 +144,7 @@ bench-steiner: all ## every Steiner instance of INSTANCES: seconds, work, gap, m
 	$(Q)INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/bench/steiner.sh
 
 # --- fuzz --------------------------------------------------------------------------------------------------------------
-fuzz_flags := -O1 -g -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=undefined
+fuzz_flags := -O2 -g -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=undefined
 fuzz_sources := $(call sources,solver storage api)
 fuzz_objects := $(patsubst %,build/fuzz/%.o,$(fuzz_sources))
 seconds ?= 20
@@ -161,9 +161,9 @@ build/fuzz/tests/%: build/fuzz/tests/fuzz/%.c.o build/fuzz/liball.a
 	$(Q)clang++ $(fuzz_flags) -fsanitize=fuzzer -o $@ $^ $(package_libs) -lm
 .PHONY: fuzz-programs
 fuzz-programs: $(patsubst tests/fuzz/%.c,build/fuzz/tests/%,$(wildcard tests/fuzz/*.c))
-fuzz: deps-test ## run every fuzz target for seconds=20 each on its corpus
+fuzz: deps-test ## run fuzz targets=all from their corpus, for seconds=20 each, or runs=N executions
 	$(Q)$(MAKE) --no-print-directory fuzz-programs
-	$(Q)sh tests/fuzz/run.sh $(seconds)
+	$(Q)sh tests/fuzz/run.sh $(if $(runs),$(runs)x,$(seconds)) $(targets)
 
 # --- care --------------------------------------------------------------------------------------------------------------
 tidy_stamps := $(patsubst %,build/lint/%.tidy,$(filter %.c,$(call sources,$(rooms))))

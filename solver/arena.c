@@ -1,11 +1,25 @@
 /* Blocks in a list, newest first. A block is at least ARENA_BLOCK bytes; a larger request gets a block of its own. The
- * budget counts what was handed out, not what the blocks hold, so that it does not depend on the block size. */
+ * budget counts what was handed out, not what the blocks hold, so that it does not depend on the block size.
+ *
+ * Under AddressSanitizer every array is a block of just its size, so that a step beyond its end is seen. */
 #include "solver/arena.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { ARENA_ALIGN = 64, ARENA_BLOCK = 1 << 20 };
+#if defined(__has_feature)
+#define HAS_FEATURE(feature) __has_feature(feature)
+#else
+#define HAS_FEATURE(feature) 0
+#endif
+
+#if defined(__SANITIZE_ADDRESS__) || HAS_FEATURE(address_sanitizer)
+enum { ARENA_BLOCK = 0 };
+#else
+enum { ARENA_BLOCK = 1 << 20 };
+#endif
+
+enum { ARENA_ALIGN = 64 };
 
 struct block {
 	struct block *older; /* owned */
@@ -52,9 +66,10 @@ static struct block *block_push(struct arena *arena, size_t size)
 	size_t bytes;
 	if (__builtin_add_overflow(capacity, round_up(sizeof(struct block)), &bytes))
 		return NULL;
-	struct block *block = aligned_alloc(ARENA_ALIGN, bytes);
-	if (!block)
+	void *memory;
+	if (posix_memalign(&memory, ARENA_ALIGN, bytes))
 		return NULL;
+	struct block *block = memory;
 	*block = (struct block){.older = arena->newest, .capacity = capacity};
 	arena->newest = block;
 	return block;
@@ -62,15 +77,15 @@ static struct block *block_push(struct arena *arena, size_t size)
 
 void *arena_array(struct arena *arena, size_t count, size_t size)
 {
-	size_t bytes;
-	if (__builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX - ARENA_ALIGN)
+	size_t exact;
+	if (__builtin_mul_overflow(count, size, &exact) || exact > SIZE_MAX - ARENA_ALIGN)
 		return NULL;
-	bytes = round_up(bytes);
+	const size_t bytes = round_up(exact);
 	if (bytes > arena->budget - arena->total)
 		return NULL;
 	struct block *block = arena->newest;
-	if (!block || bytes > block->capacity - block->used)
-		block = block_push(arena, bytes);
+	if (!block || !ARENA_BLOCK || bytes > block->capacity - block->used)
+		block = block_push(arena, ARENA_BLOCK ? bytes : exact);
 	if (!block)
 		return NULL;
 	void *memory = block_bytes(block) + block->used;
