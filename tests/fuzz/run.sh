@@ -14,7 +14,7 @@ esac
 cd "$(dirname "$0")/../.."
 mkdir -p build/fuzz/findings
 # Most of the time would go into remembering stacks and freed memory; what is left finds the same.
-export ASAN_OPTIONS="${ASAN_OPTIONS:-quarantine_size_mb=16:malloc_context_size=4}"
+export ASAN_OPTIONS="${ASAN_OPTIONS:-quarantine_size_mb=16:malloc_context_size=0}"
 [ $# -gt 0 ] || set -- $(ls tests/fuzz/*.c | sed 's|.*/\(.*\)\.c|\1|')
 
 # Bytes of the longest input: a few faces, frames or members. Longer ones take time and find nothing else.
