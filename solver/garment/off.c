@@ -56,6 +56,10 @@ static enum tw_status read_counts(struct off *off)
 			return fail_at_line(off->error, "mesh-bad-header", off->line,
 					    "expected `vertices faces edges`");
 	}
+	if (text_next_word(&line, &word)) /* other readers take it for the first vertex */
+		return fail_at_line(off->error, "mesh-bad-header", off->line,
+				    "there is something behind `vertices faces edges`; begin a new line for the first "
+				    "vertex");
 	enum tw_status status = check_counts((uint64_t)counts[0], (uint64_t)counts[1], off->error);
 	off->soup->vertex_count = (uint32_t)counts[0];
 	off->soup->polygon_count = (uint32_t)counts[1];

@@ -254,6 +254,7 @@ static void bad_files_are_refused_with_their_place(void **state)
 		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0.0000 1.0000 0.0000\n", "mesh-truncated", "line 5"},
 		{MESH_OFF, "OFF\n4000001 1 0\n0 0 0\n", "mesh-too-large", ""},
 		{MESH_OFF, "OFF BINARY\n", "mesh-bad-header", "line 1"},
+		{MESH_OFF, "OFF\n3 1 0 0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "mesh-bad-header", "line 2"},
 		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0 1.0000000\n", "mesh-bad-line", "line 5"},
 		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 inf 0.000000\n", "mesh-not-a-number", "line 5"},
 		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 -2\n", "mesh-bad-index", "line 6"},
