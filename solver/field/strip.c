@@ -201,8 +201,9 @@ static inline __attribute__((always_inline)) void place_corners(const struct str
 }
 
 /* Takes every face that the strip reaches within the crossing's placement. Whether a side leads on is as good as
- * random, so what it leads to is put into the queue in any case, and stays there or not. First in, first out: the next
- * face is known before this one is done, and the processor works on both. */
+ * random, so what it leads to is put into the queue in any case, and stays there or not; nor is there a choice for a
+ * compiler to make a jump of. First in, first out: the next face is known before this one is done, and the processor
+ * works on both. */
 static inline __attribute__((always_inline)) void flood(struct strip_walker *walker, const struct shape *shape,
 							const bool is_box, const struct crossing *start,
 							uint32_t open_sides, struct strip *result)
@@ -227,7 +228,7 @@ static inline __attribute__((always_inline)) void flood(struct strip_walker *wal
 			bool leads = (sides.inside[k] > NEGLIGIBLE_PART) & (open_sides >> k) & (entered[g] != turn);
 			bool stays = leads & !seam;
 			queue[tail] = g;
-			entered[g] = stays ? turn : entered[g];
+			entered[g] ^= (entered[g] ^ turn) & (0 - (uint32_t)stays);
 			tail += stays;
 			if (leads & !!seam)
 				await_crossing(walker, shape, f, k, &x, &y, sides.middle[k]);
