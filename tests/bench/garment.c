@@ -1,4 +1,4 @@
-/* Import of the sample suit from OBJ, and motions: reading PC2, packing, unpacking. */
+/* Import of the sample suit from OBJ, usual and large, and motions: reading PC2, packing, unpacking. */
 #include "solver/garment/import.h"
 #include "solver/motion/pack.h"
 #include "solver/sample/sample.h"
@@ -6,8 +6,9 @@
 #include "tests/bench/bench.h"
 
 #include <string.h>
+#include <sys/resource.h>
 
-enum { VERTICES = 23500, FRAMES = 200 };
+enum { VERTICES = 23500, LARGE_VERTICES = 727000, FRAMES = 200 };
 
 static char *write_obj(const struct garment *g, size_t *size)
 {
@@ -39,6 +40,23 @@ static double import_seconds(const char *text, size_t size)
 	double seconds = bench_seconds() - start;
 	arena_free(arena);
 	return seconds;
+}
+
+/* Last of all, since a process remembers its peak. The file's bytes are in memory, as they are for an import job. */
+static void import_large(void)
+{
+	struct arena *arena = arena_new(0);
+	struct garment garment;
+	size_t size = 0;
+	if (sample_garment(&garment, arena, LARGE_VERTICES, SAMPLE_L, NULL) != TW_OK)
+		exit(1);
+	char *text = write_obj(&garment, &size);
+	arena_free(arena);
+	struct rusage usage;
+	bench_line("garment.import_large_obj", import_seconds(text, size), "s", 10);
+	getrusage(RUSAGE_SELF, &usage);
+	bench_line("garment.large_process_memory", (double)usage.ru_maxrss / 1048576, "GiB", 2);
+	free(text);
 }
 
 static unsigned char *write_pc2(const struct garment *garment, struct arena *arena, size_t *size)
@@ -120,5 +138,6 @@ int main(void)
 	bench_line("motion.unpack", (double)pc2.size / read_seconds(reader, position) / 1e6, "MB/s", 0);
 	motion_close(reader);
 	arena_free(arena);
+	import_large();
 	return 0;
 }
