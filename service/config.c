@@ -131,18 +131,27 @@ static enum tw_status read_line(struct config *config, char *line, const char *w
 	return set(config, setting, trim(equals + 1), where, error);
 }
 
+static enum tw_status fail_to_read(const char *path, struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_IO, "setting", path, "the configuration file cannot be read: %s",
+		       strerror(errno));
+}
+
 static enum tw_status read_file(struct config *config, const char *path, struct tw_error *error)
 {
 	FILE *file = fopen(path, "re");
 	if (!file)
-		return tw_fail(error, TW_ERROR_IO, "setting", path, "the configuration file cannot be read: %s",
-			       strerror(errno));
+		return fail_to_read(path, error);
 	enum tw_status status = TW_OK;
 	char line[CONFIG_TEXT_SIZE + 64], where[128];
 	for (int number = 1; !status && fgets(line, sizeof line, file); number++) {
 		snprintf(where, sizeof where, "%.90s line %d", path, number);
-		status = read_line(config, line, where, error);
+		bool whole = strchr(line, '\n') || feof(file);
+		status = whole ? read_line(config, line, where, error)
+			       : tw_fail(error, TW_ERROR_INPUT, "setting", where, "the line is too long");
 	}
+	if (!status && ferror(file))
+		status = fail_to_read(path, error);
 	fclose(file);
 	return status;
 }
@@ -179,6 +188,9 @@ static enum tw_status split_flag(int argc, char **argv, int *index, const char *
 	*value = NULL;
 	if (!strcmp(argument, "--help"))
 		return TW_OK;
+	bool known = find_setting(*name, *length) || (*length == 6 && !strncmp(*name, "config", 6));
+	if (!known)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argument, "there is no such flag; see --help");
 	if ((*name)[*length])
 		*value = *name + *length + 1;
 	else if (*index + 1 < argc)
@@ -198,15 +210,13 @@ static enum tw_status read_flags(struct config *config, int argc, char **argv, c
 		enum tw_status status = split_flag(argc, argv, &i, &name, &length, &value, error);
 		if (status)
 			return status;
-		const struct setting *setting = find_setting(name, length);
 		if (!value) {
 			*outcome = CONFIG_HELP;
 			return TW_OK;
 		}
-		if (length == 6 && !strncmp(name, "config", 6))
+		const struct setting *setting = find_setting(name, length);
+		if (!setting)
 			*file = value;
-		else if (!setting)
-			return tw_fail(error, TW_ERROR_INPUT, "usage", flag, "there is no such flag; see --help");
 		else if (config)
 			status = set(config, setting, value, flag, error);
 		if (status)
