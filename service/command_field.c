@@ -2,6 +2,7 @@
  * little-endian, and a field.json that says what they are. */
 #include "service/command.h"
 #include "service/garment_files.h"
+#include "service/progress.h"
 
 #include <jansson.h>
 #include <stdlib.h>
@@ -58,7 +59,7 @@ static enum tw_status take_argument(struct session *session, int argc, char **ar
 				    struct tw_error *error)
 {
 	struct settings *settings = &session->settings;
-	enum tw_status status = garment_files_take_path("--out", &settings->out, argc, argv, index, taken, error);
+	enum tw_status status = command_take_text("--out", "a folder", &settings->out, argc, argv, index, taken, error);
 	if (!status && !*taken)
 		status = option_from_arguments(&table, settings, argc, argv, index, taken, error);
 	if (!status && !*taken)
@@ -66,8 +67,9 @@ static enum tw_status take_argument(struct session *session, int argc, char **ar
 	return status;
 }
 
-static enum tw_status parse_arguments(struct session *session, int argc, char **argv, struct tw_error *error)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
+	struct session *session = context;
 	option_defaults(&table, &session->settings);
 	enum tw_status status = garment_files_init(&session->files, argc, error);
 	for (int i = 1; i < argc && !status; i++) {
@@ -78,7 +80,8 @@ static enum tw_status parse_arguments(struct session *session, int argc, char **
 					 "not an option; files are given with --worn, --pattern and --motion; "
 					 "see --help");
 	}
-	if (!status && !session->settings.help && (!session->files.worn || !session->settings.out))
+	*help = session->settings.help;
+	if (!status && !*help && (!session->files.worn || !session->settings.out))
 		status = tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--worn and --out are needed; see --help");
 	return status;
 }
@@ -213,8 +216,9 @@ static enum tw_status print_json(const struct session *session, json_t *json, st
 	return TW_OK;
 }
 
-static enum tw_status run(struct session *session, struct tw_error *error)
+static enum tw_status run(void *context, struct tw_error *error)
 {
+	struct session *session = context;
 	struct garment_files *files = &session->files;
 	session->asked = files->field_options;
 	session->arena = arena_new(0);
@@ -224,6 +228,7 @@ static enum tw_status run(struct session *session, struct tw_error *error)
 	if (!status)
 		status = garment_files_field(files, session->arena, garment_files_threads(session->settings.threads),
 					     error);
+	progress_clear();
 	if (status)
 		return status;
 	json_t *arrays = json_array();
@@ -237,21 +242,16 @@ static enum tw_status run(struct session *session, struct tw_error *error)
 	return status;
 }
 
+static void clear(void *context)
+{
+	struct session *session = context;
+	garment_files_clear(&session->files);
+	arena_free(session->arena);
+}
+
 int command_field(int argc, char **argv)
 {
+	static const struct command_steps steps = {"field", print_help, parse, run, clear};
 	struct session session = {0};
-	struct tw_error error = {0};
-	enum tw_status status = parse_arguments(&session, argc, argv, &error);
-	int code = status ? COMMAND_USAGE : COMMAND_DONE;
-	if (!status && session.settings.help) {
-		print_help();
-	} else if (!status) {
-		status = run(&session, &error);
-		code = status ? COMMAND_FAILED : COMMAND_DONE;
-	}
-	if (status)
-		fprintf(stderr, "tightwire field: %s%s%s\n", error.where, *error.where ? ": " : "", error.text);
-	garment_files_clear(&session.files);
-	arena_free(session.arena);
-	return code;
+	return command_run(&steps, &session, argc, argv);
 }

@@ -2,13 +2,13 @@
  * layout's files out, the same bytes as the service gives. */
 #include "service/command.h"
 #include "service/garment_files.h"
+#include "service/progress.h"
 #include "solver/layout/layout.h"
 
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* What the flags say that are no options of a stage. */
 struct settings {
@@ -41,8 +41,6 @@ struct session {
 	struct garment_files files;
 	struct layout_request request;
 	struct layout_output output;
-	double seconds_layout;
-	bool terminal;
 };
 
 static void print_help(void)
@@ -66,9 +64,9 @@ static enum tw_status take_argument(struct session *session, int argc, char **ar
 	struct settings *settings = &session->settings;
 	int first = *index;
 	enum tw_status status =
-		garment_files_take_path("--terminals", &settings->terminals, argc, argv, index, taken, error);
+		command_take_text("--terminals", "a file", &settings->terminals, argc, argv, index, taken, error);
 	if (!status && !*taken)
-		status = garment_files_take_path("--out", &settings->out, argc, argv, index, taken, error);
+		status = command_take_text("--out", "a folder", &settings->out, argc, argv, index, taken, error);
 	if (!status && !*taken)
 		status = option_from_arguments(&own_table, settings, argc, argv, index, taken, error);
 	if (!status && !*taken)
@@ -81,8 +79,9 @@ static enum tw_status take_argument(struct session *session, int argc, char **ar
 	return status;
 }
 
-static enum tw_status parse_arguments(struct session *session, int argc, char **argv, struct tw_error *error)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
+	struct session *session = context;
 	struct settings *settings = &session->settings;
 	option_defaults(&own_table, settings);
 	option_defaults(&layout_option_table, &settings->layout);
@@ -100,7 +99,8 @@ static enum tw_status parse_arguments(struct session *session, int argc, char **
 				"not an option; files are given with --worn, --pattern, --motion and --terminals; "
 				"see --help");
 	}
-	if (!settings->help && (!session->files.worn || !settings->terminals || !settings->out))
+	*help = settings->help;
+	if (!*help && (!session->files.worn || !settings->terminals || !settings->out))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
 			       "--worn, --terminals and --out are needed; see --help");
 	return TW_OK;
@@ -120,8 +120,7 @@ static enum tw_status load_request(struct session *session, struct tw_error *err
 	enum tw_status status = file_read(settings->terminals, TW_LIMIT_JSON_BYTES, &bytes, &size, error);
 	if (status)
 		return status;
-	status = garment_files_blame(layout_request_parse(&session->request, bytes, size, error), settings->terminals,
-				     error);
+	status = file_blame(layout_request_parse(&session->request, bytes, size, error), settings->terminals, error);
 	free(bytes);
 	for (int i = 0; !status && i < (int)settings->layout_arguments; i++) {
 		bool taken;
@@ -134,14 +133,12 @@ static enum tw_status load_request(struct session *session, struct tw_error *err
 
 static void show_progress(void *context, const struct layout_progress *progress)
 {
-	const struct session *session = context;
-	if (!session->terminal)
-		return;
-	fprintf(stderr, "\r\033[K%3.0f %% %s", 100 * progress->share, progress->stage);
+	(void)context;
+	char gap[32] = "";
 	if (progress->weight != UINT64_MAX && progress->weight > 0)
-		fprintf(stderr, ", gap %.3f %%",
-			100 * (double)(progress->weight - progress->lower_bound) / (double)progress->weight);
-	fflush(stderr);
+		snprintf(gap, sizeof gap, ", gap %.3f %%",
+			 100 * (double)(progress->weight - progress->lower_bound) / (double)progress->weight);
+	progress_show("%3.0f %% %s%s", 100 * progress->share, progress->stage, gap);
 }
 
 static enum tw_status write_files(const struct session *session, struct tw_error *error)
@@ -181,12 +178,9 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 		.progress = show_progress,
 		.context = session,
 	};
-	double start = garment_files_clock();
-	status = garment_files_blame(layout_compute(&input, session->arena, &session->output, error),
-				     session->settings.terminals, error);
-	session->seconds_layout = garment_files_clock() - start;
-	if (session->terminal)
-		fprintf(stderr, "\r\033[K");
+	status = file_blame(layout_compute(&input, session->arena, &session->output, error),
+			    session->settings.terminals, error);
+	progress_clear();
 	return status ? status : write_files(session, error);
 }
 
@@ -261,9 +255,9 @@ static void print_table(const struct session *session)
 		printf("  %s/%s\n", session->settings.out, session->output.artifacts[i].name);
 }
 
-static enum tw_status run(struct session *session, struct tw_error *error)
+static enum tw_status run(void *context, struct tw_error *error)
 {
-	session->terminal = isatty(STDERR_FILENO);
+	struct session *session = context;
 	session->arena = arena_new(0);
 	if (!session->arena)
 		return tw_fail_memory(error);
@@ -272,26 +266,21 @@ static enum tw_status run(struct session *session, struct tw_error *error)
 		status = print_json(session, error);
 	else if (!status)
 		print_table(session);
-	layout_request_clear(&session->request);
-	arena_free(session->arena);
 	return status;
+}
+
+static void clear(void *context)
+{
+	struct session *session = context;
+	layout_request_clear(&session->request);
+	garment_files_clear(&session->files);
+	free(session->settings.layout_argument);
+	arena_free(session->arena);
 }
 
 int command_layout(int argc, char **argv)
 {
+	static const struct command_steps steps = {"layout", print_help, parse, run, clear};
 	struct session session = {0};
-	struct tw_error error = {0};
-	enum tw_status status = parse_arguments(&session, argc, argv, &error);
-	int code = status ? COMMAND_USAGE : COMMAND_DONE;
-	if (!status && session.settings.help) {
-		print_help();
-	} else if (!status) {
-		status = run(&session, &error);
-		code = status ? COMMAND_FAILED : COMMAND_DONE;
-	}
-	if (status)
-		fprintf(stderr, "tightwire layout: %s%s%s\n", error.where, *error.where ? ": " : "", error.text);
-	garment_files_clear(&session.files);
-	free(session.settings.layout_argument);
-	return code;
+	return command_run(&steps, &session, argc, argv);
 }

@@ -1,8 +1,8 @@
 /* tightwire pack: a motion to about a quarter of its size, for uploads over slow lines and for keeping. */
 #include "service/command.h"
 #include "service/file.h"
-#include "service/garment_files.h"
 #include "solver/motion/pack.h"
+#include "solver/option.h"
 
 #include <errno.h>
 #include <string.h>
@@ -45,24 +45,27 @@ static void print_help(void)
 	option_print_help(&table, stdout);
 }
 
-static enum tw_status parse_arguments(int argc, char **argv, struct settings *settings, struct tw_error *error)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
+	struct settings *settings = context;
 	option_defaults(&table, settings);
 	for (int i = 1; i < argc; i++) {
 		bool taken = false;
 		enum tw_status status = option_from_arguments(&table, settings, argc, argv, &i, &taken, error);
 		if (status != TW_OK)
 			return status;
+		if (!taken)
+			status = command_take_text("--out", "a file", &settings->out, argc, argv, &i, &taken, error);
+		if (status != TW_OK)
+			return status;
 		if (taken)
 			continue;
-		if (strcmp(argv[i], "--out") == 0 && i + 1 < argc)
-			settings->out = argv[++i];
-		else if (argv[i][0] != '-' && !settings->motion)
-			settings->motion = argv[i];
-		else
-			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "is not understood; see --help");
+		if (argv[i][0] == '-' || settings->motion)
+			return command_refuse(argv[i], error);
+		settings->motion = argv[i];
 	}
-	if (!settings->help && (!settings->motion || !settings->out))
+	*help = settings->help;
+	if (!*help && (!settings->motion || !settings->out))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "a motion and --out are needed; see --help");
 	return TW_OK;
 }
@@ -95,8 +98,9 @@ static enum tw_status pack_to_file(struct motion_reader *reader, struct output *
 	return status;
 }
 
-static enum tw_status pack(const struct settings *settings, struct tw_error *error)
+static enum tw_status pack(void *context, struct tw_error *error)
 {
+	const struct settings *settings = context;
 	struct file_source file;
 	struct byte_source source;
 	struct motion_reader *reader = NULL;
@@ -109,7 +113,7 @@ static enum tw_status pack(const struct settings *settings, struct tw_error *err
 	if (status == TW_OK)
 		status = pack_to_file(reader, &output, &frames, error);
 	if (status != TW_OK && strcmp(error->where, settings->out) != 0)
-		garment_files_blame(status, settings->motion, error);
+		file_blame(status, settings->motion, error);
 	if (status == TW_OK)
 		printf("%s: %u frames of %u vertices, %llu bytes\n", settings->out, frames,
 		       motion_info(reader)->vertex_count, (unsigned long long)output.size);
@@ -120,17 +124,7 @@ static enum tw_status pack(const struct settings *settings, struct tw_error *err
 
 int command_pack(int argc, char **argv)
 {
+	static const struct command_steps steps = {"pack", print_help, parse, pack, NULL};
 	struct settings settings = {0};
-	struct tw_error error = {0};
-	enum tw_status status = parse_arguments(argc, argv, &settings, &error);
-	if (status == TW_OK && settings.help) {
-		print_help();
-		return COMMAND_DONE;
-	}
-	if (status == TW_OK)
-		status = pack(&settings, &error);
-	if (status == TW_OK)
-		return COMMAND_DONE;
-	fprintf(stderr, "tightwire pack: %s%s%s\n", error.where, error.where[0] ? ": " : "", error.text);
-	return strcmp(error.type, "usage") == 0 ? COMMAND_USAGE : COMMAND_FAILED;
+	return command_run(&steps, &settings, argc, argv);
 }

@@ -4,13 +4,15 @@
 #include "solver/option.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static const char *const register_kinds[] = {"input", "holding", NULL};
 
 struct rig_options {
 	uint32_t rate_hz, unit, address, timeout_ms;
 	int registers;
+	bool help;
+	const char *device, *store; /* borrowed; NULL where not given */
+	struct rig_device *opened;  /* owned */
 };
 
 static const struct option rows[] = {
@@ -22,6 +24,7 @@ static const struct option rows[] = {
 	{"unit", OPTION_INTEGER, offsetof(struct rig_options, unit), NULL, 1, 0, 255, NULL, "Modbus unit address"},
 	{"timeout_ms", OPTION_INTEGER, offsetof(struct rig_options, timeout_ms), "ms", 500, 10, 10000, NULL,
 	 "how long to wait for a connection and for an answer"},
+	{"help", OPTION_FLAG, offsetof(struct rig_options, help), NULL, 0, 0, 0, NULL, "this text"},
 };
 static const struct option_table table = {rows, sizeof rows / sizeof *rows};
 
@@ -46,69 +49,73 @@ static void print_help(void)
 	option_print_help(&table, stdout);
 }
 
-static int fail(const struct tw_error *error, int code)
+static enum tw_status take_argument(struct rig_options *options, int argc, char **argv, int *index, bool *taken,
+				    struct tw_error *error)
 {
-	fprintf(stderr, "tightwire rig: %s%s%s\n", error->where, error->where[0] ? ": " : "", error->text);
-	return code;
+	enum tw_status status =
+		command_take_text("--device", "a device", &options->device, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = command_take_text("--store", "a store", &options->store, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = option_from_arguments(&table, options, argc, argv, index, taken, error);
+	return status;
 }
 
-static int run(const char *store_url, const struct rig_device_options *device_options, uint32_t rate_hz)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
-	struct tw_error error;
-	struct rig_device *device = NULL;
+	struct rig_options *options = context;
+	option_defaults(&table, options);
+	options->device = getenv("TIGHTWIRE_DEVICE");
+	options->store = getenv("TIGHTWIRE_STORE");
+	for (int i = 1; i < argc; i++) {
+		bool taken = false;
+		enum tw_status status = take_argument(options, argc, argv, &i, &taken, error);
+		if (status)
+			return status;
+		if (!taken)
+			return command_refuse(argv[i], error);
+	}
+	*help = options->help;
+	if (*help)
+		return TW_OK;
+	if (!options->device)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", "--device", "is missing: say --device tcp://HOST:PORT");
+	return rig_device_new(&options->opened,
+			      &(struct rig_device_options){.url = options->device,
+							   .unit = options->unit,
+							   .address = options->address,
+							   .holding = options->registers,
+							   .timeout_ms = options->timeout_ms},
+			      error);
+}
+
+static enum tw_status run(void *context, struct tw_error *error)
+{
+	const struct rig_options *options = context;
 	struct store *store = NULL;
 	struct rig_scanner *scanner = NULL;
-	enum tw_status status = rig_device_new(&device, device_options, &error);
-	if (status)
-		return fail(&error, COMMAND_USAGE);
-	status = store_open(&store, store_url, &error);
+	signal(SIGTERM, on_signal);
+	signal(SIGINT, on_signal);
+	signal(SIGPIPE, SIG_IGN);
+	enum tw_status status = store_open(&store, options->store ? options->store : "sqlite:tightwire.db", error);
 	if (!status)
-		status = rig_scanner_start(&scanner, device, rate_hz, &error);
+		status = rig_scanner_start(&scanner, options->opened, options->rate_hz, error);
 	if (!status)
-		status = rig_run(store, scanner, device_options->url, &stop, &error);
+		status = rig_run(store, scanner, options->device, &stop, error);
 	rig_scanner_stop(scanner);
 	store_close(store);
-	rig_device_free(device);
-	return status ? fail(&error, COMMAND_FAILED) : COMMAND_DONE;
+	return status;
+}
+
+static void clear(void *context)
+{
+	struct rig_options *options = context;
+	rig_device_free(options->opened);
 }
 
 int command_rig(int argc, char **argv)
 {
-	const char *device = getenv("TIGHTWIRE_DEVICE"), *store = getenv("TIGHTWIRE_STORE");
-	struct rig_options options;
-	struct tw_error error;
-	option_defaults(&table, &options);
-	for (int i = 1; i < argc; i++) {
-		bool taken = false;
-		if (!strcmp(argv[i], "--help")) {
-			print_help();
-			return COMMAND_DONE;
-		}
-		if (option_from_arguments(&table, &options, argc, argv, &i, &taken, &error))
-			return fail(&error, COMMAND_USAGE);
-		if (taken)
-			continue;
-		if (!strcmp(argv[i], "--device") && i + 1 < argc)
-			device = argv[++i];
-		else if (!strcmp(argv[i], "--store") && i + 1 < argc)
-			store = argv[++i];
-		else {
-			fprintf(stderr, "tightwire rig: \"%s\" is not understood; see tightwire rig --help\n", argv[i]);
-			return COMMAND_USAGE;
-		}
-	}
-	if (!device) {
-		fprintf(stderr, "tightwire rig: --device tcp://HOST:PORT is missing\n");
-		return COMMAND_USAGE;
-	}
-	signal(SIGTERM, on_signal);
-	signal(SIGINT, on_signal);
-	signal(SIGPIPE, SIG_IGN);
-	return run(store ? store : "sqlite:tightwire.db",
-		   &(struct rig_device_options){.url = device,
-						.unit = options.unit,
-						.address = options.address,
-						.holding = options.registers,
-						.timeout_ms = options.timeout_ms},
-		   options.rate_hz);
+	static const struct command_steps steps = {"rig", print_help, parse, run, clear};
+	struct rig_options options = {0};
+	return command_run(&steps, &options, argc, argv);
 }

@@ -11,10 +11,10 @@
 #include <string.h>
 
 struct request {
-	const char *directory; /* borrowed from argv; NULL: only help was asked for */
+	const char *directory; /* borrowed from argv */
 	uint32_t vertices;
 	int size; /* enum sample_size */
-	bool json;
+	bool json, help;
 };
 
 static const char *const size_names[] = {"M", "L", "XL", NULL};
@@ -25,6 +25,7 @@ static const struct option rows[] = {
 	{"size", OPTION_CHOICE, offsetof(struct request, size), NULL, SAMPLE_L, 0, 0, size_names,
 	 "wearer of 170, 175 or 182 cm"},
 	{"json", OPTION_FLAG, offsetof(struct request, json), NULL, 0, 0, 0, NULL, "say what was written as JSON"},
+	{"help", OPTION_FLAG, offsetof(struct request, help), NULL, 0, 0, 0, NULL, "this text"},
 };
 static const struct option_table table = {rows, sizeof rows / sizeof *rows};
 
@@ -40,27 +41,25 @@ static void print_help(void)
 	option_print_help(&table, stdout);
 }
 
-static enum tw_status parse_arguments(int argc, char **argv, struct request *request, struct tw_error *error)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
+	struct request *request = context;
 	option_defaults(&table, request);
 	for (int i = 1; i < argc; i++) {
-		bool taken;
-		if (!strcmp(argv[i], "--help")) {
-			print_help();
-			request->directory = NULL;
-			return TW_OK;
-		}
+		bool taken = false;
 		enum tw_status status = option_from_arguments(&table, request, argc, argv, &i, &taken, error);
+		if (!status && !taken)
+			status = command_take_text("--out", "a folder", &request->directory, argc, argv, &i, &taken,
+						   error);
 		if (status)
 			return status;
-		if (taken)
-			continue;
-		if (strcmp(argv[i], "--out") != 0 || i + 1 == argc)
-			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "is not understood; see --help");
-		request->directory = argv[++i];
+		if (!taken)
+			return command_refuse(argv[i], error);
 	}
-	return request->directory ? TW_OK
-				  : tw_fail(error, TW_ERROR_INPUT, "usage", "--out", "is missing: say --out DIR");
+	*help = request->help;
+	return request->directory || *help
+		       ? TW_OK
+		       : tw_fail(error, TW_ERROR_INPUT, "usage", "--out", "is missing: say --out DIR");
 }
 
 /* Fills `path`; false when it does not fit. */
@@ -242,22 +241,17 @@ static enum tw_status write_all(const struct request *request, struct arena *are
 	return status;
 }
 
-static int fail(const struct tw_error *error, int code)
+static enum tw_status run(void *context, struct tw_error *error)
 {
-	fprintf(stderr, "tightwire sample: %s%s%s\n", error->where, error->where[0] ? ": " : "", error->text);
-	return code;
+	struct arena *arena = arena_new(0);
+	enum tw_status status = arena ? write_all(context, arena, error) : tw_fail_memory(error);
+	arena_free(arena);
+	return status;
 }
 
 int command_sample(int argc, char **argv)
 {
+	static const struct command_steps steps = {"sample", print_help, parse, run, NULL};
 	struct request request = {0};
-	struct tw_error error = {0};
-	if (parse_arguments(argc, argv, &request, &error))
-		return fail(&error, COMMAND_USAGE);
-	if (!request.directory)
-		return COMMAND_DONE;
-	struct arena *arena = arena_new(0);
-	enum tw_status status = arena ? write_all(&request, arena, &error) : tw_fail_memory(&error);
-	arena_free(arena);
-	return status ? fail(&error, COMMAND_FAILED) : COMMAND_DONE;
+	return command_run(&steps, &request, argc, argv);
 }

@@ -4,19 +4,18 @@
 
 #include "service/command.h"
 #include "service/file.h"
+#include "service/progress.h"
 #include "solver/graph/steiner_file.h"
 #include "solver/option.h"
 #include "solver/steiner/certificate_file.h"
 #include "solver/steiner/steiner.h"
 
-#include <errno.h>
 #include <jansson.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static const size_t file_bytes_max = (size_t)2 << 30;
 
@@ -78,74 +77,42 @@ static void print_help(void)
 	option_print_help(&table, stdout);
 }
 
-static enum tw_status parse_arguments(struct settings *settings, int argc, char **argv, struct tw_error *error)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
+	struct settings *settings = context;
 	option_defaults(&table, settings);
-	settings->path = settings->certificate = NULL;
 	for (int i = 1; i < argc; i++) {
 		bool taken = false;
-		const enum tw_status status = option_from_arguments(&table, settings, argc, argv, &i, &taken, error);
+		enum tw_status status = option_from_arguments(&table, settings, argc, argv, &i, &taken, error);
+		if (status == TW_OK && !taken)
+			status = command_take_text("--certificate", "a file", &settings->certificate, argc, argv, &i,
+						   &taken, error);
 		if (status != TW_OK)
 			return status;
 		if (taken)
 			continue;
-		if (!strcmp(argv[i], "--certificate") && i + 1 < argc) {
-			settings->certificate = argv[++i];
-			continue;
-		}
 		if (argv[i][0] == '-' && argv[i][1])
-			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "no such option; see --help");
+			return command_refuse(argv[i], error);
 		if (settings->path)
 			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "one file at a time");
 		settings->path = argv[i];
 	}
-	if (!settings->path && !settings->help)
+	*help = settings->help;
+	if (!settings->path && !*help)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "name a file, or - for stdin; see --help");
-	return TW_OK;
-}
-
-/* The whole stream; *bytes is the caller's to free. */
-static enum tw_status read_stream(FILE *in, char **bytes, size_t *length, struct tw_error *error)
-{
-	size_t capacity = 0;
-	*bytes = NULL;
-	*length = 0;
-	for (;;) {
-		if (*length == capacity) {
-			if (capacity >= file_bytes_max)
-				return tw_fail(error, TW_ERROR_LIMIT, "steiner-file-too-large", NULL,
-					       "the file is larger than 2 GiB");
-			capacity = capacity ? 2 * capacity : (size_t)1 << 16;
-			char *larger = realloc(*bytes, capacity);
-			if (!larger)
-				return tw_fail_memory(error);
-			*bytes = larger;
-		}
-		const size_t got = fread(*bytes + *length, 1, capacity - *length, in);
-		if (!got)
-			break;
-		*length += got;
-	}
-	if (ferror(in))
-		return tw_fail(error, TW_ERROR_IO, "file-read", NULL, "reading failed: %s", strerror(errno));
 	return TW_OK;
 }
 
 static enum tw_status read_instance(const char *path, struct arena *arena, struct steiner_file *file,
 				    struct tw_error *error)
 {
-	const int standard = !strcmp(path, "-");
-	FILE *in = standard ? stdin : fopen(path, "rb");
-	if (!in)
-		return tw_fail(error, TW_ERROR_IO, "file-open", NULL, "cannot be opened: %s", strerror(errno));
 	char *bytes;
 	size_t length;
-	enum tw_status status = read_stream(in, &bytes, &length, error);
-	if (status == TW_OK)
-		status = steiner_file_read(file, arena, bytes, length, error);
+	enum tw_status status = file_read(path, file_bytes_max, &bytes, &length, error);
+	if (status != TW_OK)
+		return status;
+	status = steiner_file_read(file, arena, bytes, length, error);
 	free(bytes);
-	if (!standard)
-		fclose(in);
 	return status;
 }
 
@@ -172,12 +139,12 @@ static void show_progress(void *context, const struct steiner_progress *progress
 {
 	(void)context;
 	if (progress->weight == UINT64_MAX)
-		fprintf(stderr, "\r\033[K%-16s no tree yet, bound %llu", progress->stage,
-			(unsigned long long)progress->lower_bound);
+		progress_show("%-16s no tree yet, bound %llu", progress->stage,
+			      (unsigned long long)progress->lower_bound);
 	else
-		fprintf(stderr, "\r\033[K%-16s weight %llu, bound %llu, gap %.3f %%", progress->stage,
-			(unsigned long long)progress->weight, (unsigned long long)progress->lower_bound,
-			gap_percent(progress->weight, progress->lower_bound));
+		progress_show("%-16s weight %llu, bound %llu, gap %.3f %%", progress->stage,
+			      (unsigned long long)progress->weight, (unsigned long long)progress->lower_bound,
+			      gap_percent(progress->weight, progress->lower_bound));
 }
 
 static const char *outcome_name(enum steiner_outcome outcome)
@@ -303,21 +270,19 @@ static enum tw_status solve_file(const struct settings *settings, struct arena *
 	enum tw_status status = read_instance(settings->path, arena, &file, error);
 	if (status != TW_OK)
 		return status;
-	const int watched = isatty(STDERR_FILENO);
 	const struct steiner_options solver = {
 		.time_limit_s = settings->time_limit,
 		.work_limit = (uint64_t)settings->work_limit,
 		.memory_limit = (size_t)settings->memory_limit << 20,
 		.threads = settings->threads,
-		.progress = watched ? show_progress : NULL,
+		.progress = show_progress,
 		.cancelled = is_interrupted,
 	};
 	struct sigaction interrupt = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
 	sigaction(SIGINT, &interrupt, NULL);
 	struct steiner_tree tree;
 	status = steiner_solve(&file.graph, file.terminals, file.terminal_count, &solver, arena, &tree, error);
-	if (watched)
-		fprintf(stderr, "\r\033[K");
+	progress_clear();
 	if (status == TW_OK)
 		status = print_tree(settings, &file, &tree, error);
 	if (status == TW_OK && settings->certificate)
@@ -325,28 +290,18 @@ static enum tw_status solve_file(const struct settings *settings, struct arena *
 	return status;
 }
 
-static void report(const struct settings *settings, const struct tw_error *error)
+static enum tw_status run(void *context, struct tw_error *error)
 {
-	fprintf(stderr, "tightwire steiner: %s%s%s%s%s\n", settings->path ? settings->path : "",
-		settings->path ? ": " : "", error->where, *error->where ? ": " : "", error->text);
+	const struct settings *settings = context;
+	struct arena *arena = arena_new(0);
+	const enum tw_status status = arena ? solve_file(settings, arena, error) : tw_fail_memory(error);
+	arena_free(arena);
+	return file_blame(status, settings->path, error);
 }
 
 int command_steiner(int argc, char **argv)
 {
-	struct settings settings;
-	struct tw_error error = {0};
-	if (parse_arguments(&settings, argc, argv, &error) != TW_OK) {
-		report(&settings, &error);
-		return COMMAND_USAGE;
-	}
-	if (settings.help) {
-		print_help();
-		return COMMAND_DONE;
-	}
-	struct arena *arena = arena_new(0);
-	const enum tw_status status = arena ? solve_file(&settings, arena, &error) : tw_fail_memory(&error);
-	arena_free(arena);
-	if (status != TW_OK)
-		report(&settings, &error);
-	return status == TW_OK ? COMMAND_DONE : COMMAND_FAILED;
+	static const struct command_steps steps = {"steiner", print_help, parse, run, NULL};
+	struct settings settings = {0};
+	return command_run(&steps, &settings, argc, argv);
 }

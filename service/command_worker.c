@@ -5,7 +5,6 @@
 #include "solver/option.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 struct flags {
 	const char *store; /* borrowed */
@@ -75,65 +74,55 @@ static void print_help(void)
 	option_print_help(&table, stdout);
 }
 
-/* `--name value` or `--name=value`. */
-static bool take_text(const char *flag, int argc, char **argv, int *index, const char **value)
+static enum tw_status take_argument(struct flags *flags, int argc, char **argv, int *index, bool *taken,
+				    struct tw_error *error)
 {
-	size_t size = strlen(flag);
-	if (strncmp(argv[*index], flag, size) != 0)
-		return false;
-	if (argv[*index][size] == '=')
-		*value = argv[*index] + size + 1;
-	else if (argv[*index][size] == '\0' && *index + 1 < argc)
-		*value = argv[++*index];
-	else
-		return false;
-	return true;
+	enum tw_status status = command_take_text("--store", "a store", &flags->store, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = command_take_text("--name", "a name", &flags->name, argc, argv, index, taken, error);
+	if (!status && !*taken)
+		status = option_from_arguments(&table, flags, argc, argv, index, taken, error);
+	return status;
 }
 
-static enum tw_status parse(struct flags *flags, int argc, char **argv, struct tw_error *error)
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
 {
+	struct flags *flags = context;
 	option_defaults(&table, flags);
 	flags->store = getenv("TIGHTWIRE_STORE");
-	flags->name = NULL;
 	for (int i = 1; i < argc; i++) {
-		bool taken = take_text("--store", argc, argv, &i, &flags->store) ||
-			     take_text("--name", argc, argv, &i, &flags->name);
-		enum tw_status status =
-			taken ? TW_OK : option_from_arguments(&table, flags, argc, argv, &i, &taken, error);
+		bool taken = false;
+		enum tw_status status = take_argument(flags, argc, argv, &i, &taken, error);
 		if (status != TW_OK)
 			return status;
 		if (!taken)
-			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "not an option of tightwire worker");
+			return command_refuse(argv[i], error);
 	}
-	if (!flags->store && !flags->help)
+	*help = flags->help;
+	if (!flags->store && !*help)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", "--store", "name the store: --store sqlite:PATH");
 	return TW_OK;
 }
 
+static enum tw_status run(void *context, struct tw_error *error)
+{
+	const struct flags *flags = context;
+	struct worker_settings settings = {
+		.store_url = flags->store,
+		.name = flags->name,
+		.wake_fd = flags->wake_fd == UINT32_MAX ? -1 : (int)flags->wake_fd,
+		.done_fd = flags->done_fd == UINT32_MAX ? -1 : (int)flags->done_fd,
+		.threads = flags->threads,
+		.memory_limit = (size_t)flags->memory_mib << 20,
+		.lease_ms = (int64_t)(flags->lease_s * 1000),
+		.stall_ms = (int64_t)(flags->stall_s * 1000),
+	};
+	return worker_run(&settings, error);
+}
+
 int command_worker(int argc, char **argv)
 {
-	struct flags flags;
-	struct tw_error error = {0};
-	if (parse(&flags, argc, argv, &error) != TW_OK) {
-		fprintf(stderr, "tightwire worker: %s: %s\n", error.where, error.text);
-		return COMMAND_USAGE;
-	}
-	if (flags.help) {
-		print_help();
-		return COMMAND_DONE;
-	}
-	struct worker_settings settings = {
-		.store_url = flags.store,
-		.name = flags.name,
-		.wake_fd = flags.wake_fd == UINT32_MAX ? -1 : (int)flags.wake_fd,
-		.done_fd = flags.done_fd == UINT32_MAX ? -1 : (int)flags.done_fd,
-		.threads = flags.threads,
-		.memory_limit = (size_t)flags.memory_mib << 20,
-		.lease_ms = (int64_t)(flags.lease_s * 1000),
-		.stall_ms = (int64_t)(flags.stall_s * 1000),
-	};
-	if (worker_run(&settings, &error) == TW_OK)
-		return COMMAND_DONE;
-	fprintf(stderr, "tightwire worker: %s\n", error.text);
-	return COMMAND_FAILED;
+	static const struct command_steps steps = {"worker", print_help, parse, run, NULL};
+	struct flags flags = {0};
+	return command_run(&steps, &flags, argc, argv);
 }

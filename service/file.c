@@ -14,6 +14,16 @@ static enum tw_status fail_file(const char *path, const char *doing, struct tw_e
 	return tw_fail(error, status, "file", path, "cannot %s: %s", doing, strerror(number));
 }
 
+enum tw_status file_blame(enum tw_status status, const char *path, struct tw_error *error)
+{
+	if (status && path && strcmp(error->where, path) != 0) {
+		char where[sizeof error->where];
+		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? ": " : "", error->where);
+		memcpy(error->where, where, sizeof where);
+	}
+	return status;
+}
+
 /* Reads until the end or the limit; the file may be a pipe, so its size is not asked for. */
 static enum tw_status read_all(FILE *file, const char *path, size_t limit, char **bytes, size_t *size,
 			       struct tw_error *error)
@@ -43,11 +53,13 @@ enum tw_status file_read(const char *path, size_t limit, char **bytes, size_t *s
 {
 	*bytes = NULL;
 	*size = 0;
-	FILE *file = fopen(path, "rb");
+	bool standard = !strcmp(path, "-");
+	FILE *file = standard ? stdin : fopen(path, "rb");
 	if (!file)
 		return fail_file(path, "open", error);
 	enum tw_status status = read_all(file, path, limit, bytes, size, error);
-	fclose(file);
+	if (!standard)
+		fclose(file);
 	if (status) {
 		free(*bytes);
 		*bytes = NULL;

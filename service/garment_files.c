@@ -1,5 +1,7 @@
 #include "service/garment_files.h"
 
+#include "service/command.h"
+#include "service/progress.h"
 #include "solver/field/means.h"
 
 #include <stdlib.h>
@@ -23,16 +25,6 @@ unsigned garment_files_threads(uint32_t wanted)
 	return wanted ? wanted : all;
 }
 
-enum tw_status garment_files_blame(enum tw_status status, const char *path, struct tw_error *error)
-{
-	if (status && path && strcmp(error->where, path) != 0) {
-		char where[sizeof error->where];
-		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? " " : "", error->where);
-		memcpy(error->where, where, sizeof where);
-	}
-	return status;
-}
-
 enum tw_status garment_files_init(struct garment_files *files, int argc, struct tw_error *error)
 {
 	*files = (struct garment_files){0};
@@ -49,29 +41,15 @@ void garment_files_clear(struct garment_files *files)
 	*files = (struct garment_files){0};
 }
 
-enum tw_status garment_files_take_path(const char *flag, const char **path, int argc, char **argv, int *index,
-				       bool *taken, struct tw_error *error)
-{
-	size_t length = strlen(flag);
-	*taken = !strncmp(argv[*index], flag, length) && (!argv[*index][length] || argv[*index][length] == '=');
-	if (!*taken)
-		return TW_OK;
-	bool inside = argv[*index][length] == '=';
-	if (!inside && *index + 1 >= argc)
-		return tw_fail(error, TW_ERROR_INPUT, "usage", argv[*index], "needs a file");
-	*path = inside ? argv[*index] + length + 1 : argv[++*index];
-	return TW_OK;
-}
-
 enum tw_status garment_files_take(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
 				  struct tw_error *error)
 {
-	enum tw_status status = garment_files_take_path("--worn", &files->worn, argc, argv, index, taken, error);
+	enum tw_status status = command_take_text("--worn", "a file", &files->worn, argc, argv, index, taken, error);
 	if (!status && !*taken)
-		status = garment_files_take_path("--pattern", &files->pattern, argc, argv, index, taken, error);
+		status = command_take_text("--pattern", "a file", &files->pattern, argc, argv, index, taken, error);
 	if (!status && !*taken) {
-		status = garment_files_take_path("--motion", &files->motion[files->motion_count], argc, argv, index,
-						 taken, error);
+		status = command_take_text("--motion", "a file", &files->motion[files->motion_count], argc, argv, index,
+					   taken, error);
 		files->motion_count += *taken;
 	}
 	if (!status && !*taken)
@@ -108,15 +86,16 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 	double start = garment_files_clock();
 	for (int i = 0; i < 2 && path[i] && !status; i++) {
 		size_t size;
+		progress_show("reading %s", path[i]);
 		status = file_read(path[i], mesh_bytes_max, &bytes[i], &size, error);
 		source[i] = (struct garment_source){
 			.bytes = bytes[i], .size = size, .format = mesh_format_of_name(path[i]), .name = path[i]};
 	}
+	progress_show("checking %s", files->worn);
 	if (!status)
-		status = garment_files_blame(garment_import(&files->garment, arena, &source[0],
-							    path[1] ? &source[1] : NULL, &files->import, &files->report,
-							    error),
-					     path[0], error);
+		status = file_blame(garment_import(&files->garment, arena, &source[0], path[1] ? &source[1] : NULL,
+						   &files->import, &files->report, error),
+				    path[0], error);
 	if (!status)
 		status = topology_build(&files->topology, arena, &files->garment, error);
 	free(bytes[0]);
@@ -136,7 +115,7 @@ enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t m
 		return status;
 	enum length_unit unit = (enum length_unit)files->import.unit;
 	status = motion_open(reader, &source, MOTION_SNIFF, unit, garment_source_count(&files->garment), error);
-	return garment_files_blame(status, path, error);
+	return file_blame(status, path, error);
 }
 
 /* "walk" of "motions/walk.pc2". */
@@ -153,6 +132,22 @@ static const char *name_of(struct arena *arena, const char *path)
 	return name;
 }
 
+/* A motion that is being read. */
+struct reading {
+	const struct garment_files *files;
+	const struct motion_reader *reader;
+	uint32_t motion;
+};
+
+static int show_frames(void *context, uint32_t frames_done)
+{
+	const struct reading *reading = context;
+	const struct garment_files *files = reading->files;
+	progress_show("strain: motion %u of %u (%s), frame %u of %u", reading->motion + 1, files->motion_count,
+		      files->motion_name[reading->motion], frames_done, motion_info(reading->reader)->frame_count);
+	return 0;
+}
+
 static enum tw_status read_motion(struct garment_files *files, struct arena *arena, uint32_t motion,
 				  struct tw_error *error)
 {
@@ -166,10 +161,11 @@ static enum tw_status read_motion(struct garment_files *files, struct arena *are
 	struct motion_reader *reader = NULL;
 	uint32_t frames = 0;
 	enum tw_status status = garment_files_open_motion(files, motion, &reader, error);
+	struct reading reading = {files, reader, motion};
 	if (!status)
-		status = garment_files_blame(means_of_motion(means, &frames, arena, &files->garment, reader,
-							     &files->field_options, NULL, NULL, error),
-					     files->motion[motion], error);
+		status = file_blame(means_of_motion(means, &frames, arena, &files->garment, reader,
+						    &files->field_options, show_frames, &reading, error),
+				    files->motion[motion], error);
 	motion_close(reader);
 	files->frame_count += frames;
 	return status;
@@ -191,6 +187,7 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 	}
 	double computed = garment_files_clock();
 	files->seconds_strain = computed - start;
+	progress_show("weights of %u edges", files->topology.edge_count);
 	enum tw_status status = field_compute(&files->field, arena, &files->garment, &files->topology, files->mean,
 					      files->motion_count, &files->field_options, threads, error);
 	files->seconds_field = garment_files_clock() - computed;

@@ -34,10 +34,6 @@ struct garment_files {
 enum tw_status garment_files_init(struct garment_files *files, int argc, struct tw_error *error) TW_NODISCARD;
 void garment_files_clear(struct garment_files *files);
 
-/* Takes "--flag FILE" or "--flag=FILE" at argv[*index] into *path. */
-enum tw_status garment_files_take_path(const char *flag, const char **path, int argc, char **argv, int *index,
-				       bool *taken, struct tw_error *error) TW_NODISCARD;
-
 /* Takes argv[*index] if it is --worn, --pattern, --motion, or an option of the import or the field; *index then stands
  * on the last argument used. */
 enum tw_status garment_files_take(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
@@ -56,9 +52,6 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 /* Opens a motion; the one before is closed. The reader is the caller's. */
 enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
 					 struct tw_error *error) TW_NODISCARD;
-
-/* Puts the path before an error's place, so that one line says which file it is about. Returns `status`. */
-enum tw_status garment_files_blame(enum tw_status status, const char *path, struct tw_error *error);
 
 /* Threads for `wanted`; 0: as many as the machine has. */
 unsigned garment_files_threads(uint32_t wanted);

@@ -27,12 +27,41 @@ test('it refuses to listen beyond this machine without a key file', () => {
   }
 });
 
+test('every command explains itself, and refuses what it does not know with one line', () => {
+  const usage = spawnSync(tightwire, ['--help'], { encoding: 'utf8' }).stdout;
+  const commands = [...usage.matchAll(/^ {2}(\w+) /gm)].map(([, name]) => name);
+  assert.ok(commands.length >= 10);
+  for (const command of commands) {
+    const help = spawnSync(tightwire, [command, '--help'], { encoding: 'utf8' });
+    assert.equal(help.status, 0, command);
+    assert.match(help.stdout, new RegExp(`^usage: tightwire ${command} `));
+    const wrong = spawnSync(tightwire, [command, '--nonsense'], { encoding: 'utf8' });
+    assert.equal(wrong.status, 2, command);
+    assert.equal(wrong.stdout, '');
+    assert.equal(wrong.stderr.trim().split('\n').length, 1, wrong.stderr);
+  }
+});
+
+const hasTerminals = spawnSync('script', ['--version']).status === 0;
+test('progress is shown on a terminal, and nowhere else', { skip: !hasTerminals }, () => {
+  const folder = temporaryFolder();
+  const command = `${tightwire} sample --out ${folder.path}/suit --vertices 3000 && ${tightwire} field --worn ${folder.path}/suit/suit.obj --motion ${folder.path}/suit/motions/walk.pc2 --out ${folder.path}/field`;
+  const plain = spawnSync('sh', ['-c', command], { encoding: 'utf8' });
+  assert.equal(plain.status, 0);
+  assert.equal(plain.stderr, '');
+  const shown = spawnSync('script', ['-qec', command, '/dev/null'], { encoding: 'utf8' });
+  assert.match(shown.stdout, /\r\x1b\[Kreading .*suit\.obj/);
+  folder.remove();
+});
+
 test('wrong settings are a usage error that names its place', () => {
   const folder = temporaryFolder();
   const file = join(folder.path, 'conf');
   writeFileSync(file, '# a comment\n\nworkers = 2\nwrokers = 3\n');
   for (const [flags, words] of [
     [['--wrokers', '3'], /--wrokers: there is no such flag/],
+    [['--wrokers'], /--wrokers: there is no such flag/],
+    [['--config', folder.path], /cannot be read: Is a directory/],
     [['--workers'], /--workers: the flag needs a value/],
     [['--workers=many'], /workers is an integer from 0 to 256/],
     [['--log-level', 'loud'], /log-level is one of error\|warning\|info\|debug/],

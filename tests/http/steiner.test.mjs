@@ -187,7 +187,7 @@ test('a wrong file is one line on stderr that names the line, and exit code 1', 
     assert.match(stderr, words);
     assert.equal(stderr.trim().split('\n').length, 1);
   }
-  assert.match(steiner('', '/does/not/exist').stderr, /does\/not\/exist: cannot be opened/);
+  assert.match(steiner('', '/does/not/exist').stderr, /does\/not\/exist: cannot open: No such file/);
 });
 
 test('wrong usage is exit code 2', () => {
