@@ -25,7 +25,8 @@
 
 #define TICK_MS 50
 #define SPARE_FILES 256
-#define SWEEP_MS 60000
+#define SWEEP_MS 1000 /* between looks for something to sweep; while there is something, every tick */
+#define SHRINK_MS 60000
 #define UPLOAD_AGE_MS (60ll * 60 * 1000) /* an upload that nobody has finished for so long is removed */
 
 struct daemon {
@@ -39,7 +40,7 @@ struct daemon {
 	int signals;
 	atomic_bool draining;
 	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
-	int64_t next_sweep_ms;
+	int64_t next_sweep_ms, next_shrink_ms;
 };
 
 static int64_t now_ms(void)
@@ -213,11 +214,24 @@ static void take_signals(struct daemon *daemon)
 static void sweep(struct daemon *daemon)
 {
 	struct tw_error error = {0};
+	bool more = false;
 	if (now_ms() < daemon->next_sweep_ms)
 		return;
-	daemon->next_sweep_ms = now_ms() + SWEEP_MS;
-	if (store_sweep(daemon->store, UPLOAD_AGE_MS, &error))
+	if (store_sweep(daemon->store, UPLOAD_AGE_MS, &more, &error)) {
 		log_error("sweep", &error);
+		more = false;
+	}
+	daemon->next_sweep_ms = more ? 0 : now_ms() + SWEEP_MS;
+}
+
+static void shrink(struct daemon *daemon)
+{
+	struct tw_error error = {0};
+	if (now_ms() < daemon->next_shrink_ms)
+		return;
+	daemon->next_shrink_ms = now_ms() + SHRINK_MS;
+	if (store_shrink(daemon->store, &error))
+		log_error("shrink", &error);
 }
 
 static bool is_over(const struct daemon *daemon)
@@ -238,6 +252,7 @@ static void run(struct daemon *daemon)
 		supervisor_tick(daemon->supervisor);
 		http_tick(daemon->http, supervisor_take_done(daemon->supervisor));
 		sweep(daemon);
+		shrink(daemon);
 	}
 }
 

@@ -99,7 +99,8 @@ static enum tw_status gone(struct tw_error *error)
 
 static enum tw_status blob_extent(struct store *store, int64_t number, uint64_t *size, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT size FROM blob WHERE number = ?");
+	struct sql q = sql_query(store, "SELECT size FROM blob WHERE number = ?"
+					" AND (resource IS NOT NULL OR upload IS NOT NULL)");
 	sql_bind_int(&q, number);
 	bool found = sql_step(&q);
 	*size = found ? (uint64_t)sql_int(&q) : 0;
@@ -132,8 +133,8 @@ static enum tw_status read_chunk(struct store *store, int64_t row, uint64_t offs
 	return code == SQLITE_OK ? TW_OK : code == SQLITE_ERROR ? gone(error) : sql_fail(store->db, code, error);
 }
 
-enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size, size_t *got,
-			 struct tw_error *error)
+static enum tw_status read_chunks(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size,
+				  size_t *got, struct tw_error *error)
 {
 	uint64_t end;
 	enum tw_status status = blob_extent(store, number, &end, error);
@@ -154,4 +155,16 @@ enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, v
 		}
 	}
 	return status;
+}
+
+/* In one snapshot: the numbers of removed chunks are given to new ones. */
+enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size, size_t *got,
+			 struct tw_error *error)
+{
+	*got = 0;
+	enum tw_status status = snapshot_begin(store, error);
+	if (status != TW_OK)
+		return status;
+	status = read_chunks(store, number, offset, bytes, size, got, error);
+	return transaction_end(store, status, error);
 }

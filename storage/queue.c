@@ -197,7 +197,7 @@ static enum tw_status take_upload(struct store *store, int64_t resource, const c
 
 static enum tw_status drop_upload(struct store *store, int64_t resource, const char *part, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "DELETE FROM blob WHERE resource = ? AND role = ? AND name = ?");
+	struct sql q = sql_query(store, CHUNK_LET_GO " WHERE resource = ? AND role = ? AND name = ?");
 	sql_bind_int(&q, resource);
 	sql_bind_int(&q, BLOB_UPLOAD);
 	sql_bind_text(&q, part);

@@ -2,6 +2,7 @@
 #include "storage/resource.h"
 
 #include "storage/address.h"
+#include "storage/chunk.h"
 #include "storage/id.h"
 #include "storage/row.h"
 
@@ -143,7 +144,7 @@ static enum tw_status discard_uploads(struct store *store, const struct resource
 {
 	enum tw_status status = TW_OK;
 	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
-		struct sql q = sql_query(store, "DELETE FROM blob WHERE upload = ? AND resource IS NULL");
+		struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND resource IS NULL");
 		sql_bind_text(&q, draft->uploads[i]);
 		status = sql_run(&q, NULL, error);
 	}
@@ -368,11 +369,24 @@ static enum tw_status refuse_in_use(struct store *store, int64_t resource, const
 	return status;
 }
 
+/* What is made from a resource, directly or not, and itself. */
+#define WITH_DOWN                                                                                                      \
+	"WITH RECURSIVE down(resource) AS (VALUES (?)"                                                                 \
+	" UNION SELECT n.resource FROM need n JOIN down d ON n.needed = d.resource) "
+
+static enum tw_status let_go_of_blobs(struct store *store, int64_t resource, struct tw_error *error)
+{
+	struct sql q = sql_query(store, WITH_DOWN CHUNK_LET_GO " WHERE resource IN (SELECT resource FROM down)");
+	sql_bind_int(&q, resource);
+	return sql_run(&q, NULL, error);
+}
+
 static enum tw_status delete_with_dependents(struct store *store, int64_t resource, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "WITH RECURSIVE down(resource) AS (VALUES (?)"
-					" UNION SELECT n.resource FROM need n JOIN down d ON n.needed = d.resource)"
-					" DELETE FROM resource WHERE number IN (SELECT resource FROM down)");
+	enum tw_status status = let_go_of_blobs(store, resource, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, WITH_DOWN "DELETE FROM resource WHERE number IN (SELECT resource FROM down)");
 	sql_bind_int(&q, resource);
 	return sql_run(&q, NULL, error);
 }

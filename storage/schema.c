@@ -85,8 +85,9 @@ static const char resources_and_queue[] =
 
 	"CREATE TABLE blob("
 	"	number INTEGER PRIMARY KEY AUTOINCREMENT,"
-	"	resource INTEGER REFERENCES resource ON DELETE CASCADE," /* NULL: an upload that nothing uses yet */
-	"	upload TEXT UNIQUE,"    /* id of an upload; NULL for arrays and artifacts */
+	"	resource INTEGER REFERENCES resource ON DELETE CASCADE," /* NULL: an upload that nothing uses yet, or
+									    let go */
+	"	upload TEXT UNIQUE,"    /* id of an upload; NULL for arrays and artifacts, and when let go */
 	"	role INTEGER NOT NULL," /* enum blob_role */
 	"	name TEXT NOT NULL,"
 	"	file_name TEXT NOT NULL DEFAULT '',"

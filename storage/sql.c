@@ -194,6 +194,11 @@ enum tw_status transaction_begin(struct store *store, bool durable, struct tw_er
 	return execute(store, "BEGIN IMMEDIATE", error);
 }
 
+enum tw_status snapshot_begin(struct store *store, struct tw_error *error)
+{
+	return execute(store, "BEGIN", error);
+}
+
 enum tw_status transaction_end(struct store *store, enum tw_status status, struct tw_error *error)
 {
 	if (status == TW_OK)

@@ -69,6 +69,9 @@ enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error);
 /* `durable`: on the disk when transaction_end returns. */
 enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error) TW_NODISCARD;
 
+/* For reads that belong together. */
+enum tw_status snapshot_begin(struct store *store, struct tw_error *error) TW_NODISCARD;
+
 /* Commits where `status` is TW_OK, else rolls back. Returns `status`, or why the commit failed. */
 enum tw_status transaction_end(struct store *store, enum tw_status status, struct tw_error *error) TW_NODISCARD;
 

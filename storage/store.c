@@ -4,6 +4,7 @@
  * is chunks of a megabyte. Incremental vacuum, so that a deleted suit gives its space back without a stop. Deleted
  * pages are not overwritten with zeros, as Debian's SQLite does unless told otherwise: it would write a large upload
  * once more when it goes. */
+#include "storage/chunk.h"
 #include "storage/schema.h"
 #include "storage/sql.h"
 
@@ -18,7 +19,7 @@
 enum {
 	PAGE_BYTES = 8192,
 	BUSY_TIMEOUT_MS = 10000,
-	SWEEP_PAGES = 4096, /* freed to the file system by one sweep: 32 MiB, a short write lock */
+	SHRINK_PAGES = 4096, /* freed to the file system at once: 32 MiB, a short write lock */
 };
 
 /* What a URL says. */
@@ -164,29 +165,15 @@ enum tw_status store_ping(struct store *store, struct tw_error *error)
 	return sql_run(&q, NULL, error);
 }
 
-/* One upload a transaction, so that a large one does not hold the write lock together with the others. */
-static enum tw_status drop_one_upload(struct store *store, int64_t before_ms, int64_t *dropped, struct tw_error *error)
+enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, bool *more, struct tw_error *error)
 {
-	enum tw_status status = transaction_begin(store, false, error);
-	if (status != TW_OK)
-		return status;
-	struct sql q = sql_query(store, "DELETE FROM blob WHERE number = (SELECT number FROM blob"
-					" WHERE resource IS NULL AND touched_ms < ? ORDER BY touched_ms LIMIT 1)");
-	sql_bind_int(&q, before_ms);
-	status = sql_run(&q, dropped, error);
-	return transaction_end(store, status, error);
+	return chunk_sweep(store, store_now_ms(store) - upload_age_ms, more, error);
 }
 
-enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, struct tw_error *error)
+enum tw_status store_shrink(struct store *store, struct tw_error *error)
 {
-	int64_t dropped = 1;
-	enum tw_status status = TW_OK;
-	while (status == TW_OK && dropped)
-		status = drop_one_upload(store, store_now_ms(store) - upload_age_ms, &dropped, error);
-	if (status != TW_OK)
-		return status;
 	char text[64];
-	snprintf(text, sizeof text, "PRAGMA incremental_vacuum(%d)", SWEEP_PAGES);
+	snprintf(text, sizeof text, "PRAGMA incremental_vacuum(%d)", SHRINK_PAGES);
 	int code = sqlite3_exec(store->db, text, NULL, NULL, NULL);
 	return code == SQLITE_OK ? TW_OK : sql_fail(store->db, code, error);
 }

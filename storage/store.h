@@ -37,9 +37,13 @@ void store_close(struct store *store); /* NULL is allowed */
 int64_t store_now_ms(const struct store *store);
 void store_set_clock(struct store *store, int64_t (*now_ms)(void *context), void *context);
 
-/* Removes uploads that nobody sealed or used for `upload_age_ms`, and returns freed pages to the file system bit by
- * bit. For the daemon to call every minute or so. */
-enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, struct tw_error *error) TW_NODISCARD;
+/* A step of cleaning up: removes a little of what was deleted, and of uploads that nobody sealed or used for
+ * `upload_age_ms`. *more: there is more of it. Where there is nothing, a cheap read. For the daemon to call again and
+ * again, because what is deleted is only out of sight until then. */
+enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, bool *more, struct tw_error *error) TW_NODISCARD;
+
+/* Returns some of the free pages to the file system. For the daemon to call every minute or so. */
+enum tw_status store_shrink(struct store *store, struct tw_error *error) TW_NODISCARD;
 
 /* A cheap read that fails when the store cannot answer; for readiness. */
 enum tw_status store_ping(struct store *store, struct tw_error *error) TW_NODISCARD;

@@ -177,8 +177,9 @@ static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
 {
 	int64_t changed = 0;
 	struct hash_state hash = hash_state_of(upload);
-	struct sql q = sql_query(upload->store, "UPDATE blob SET size = size + ?, touched_ms = ?, hash_state = ?"
-						" WHERE number = ? AND size = ? AND hash IS NULL");
+	struct sql q =
+		sql_query(upload->store, "UPDATE blob SET size = size + ?, touched_ms = ?, hash_state = ?"
+					 " WHERE number = ? AND size = ? AND hash IS NULL AND upload IS NOT NULL");
 	sql_bind_int(&q, (int64_t)upload->buffered);
 	sql_bind_int(&q, store_now_ms(upload->store));
 	sql_bind_bytes(&q, &hash, sizeof hash);
@@ -280,7 +281,7 @@ enum tw_status upload_discard(struct store *store, const char *id, struct tw_err
 	enum tw_status status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	struct sql q = sql_query(store, "DELETE FROM blob WHERE upload = ? AND resource IS NULL");
+	struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND resource IS NULL");
 	sql_bind_text(&q, id);
 	status = sql_run(&q, &dropped, error);
 	if (status == TW_OK && !dropped)

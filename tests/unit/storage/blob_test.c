@@ -74,6 +74,7 @@ static void an_upload_comes_back_byte_for_byte(void **state)
 		free(bytes);
 		free(back);
 	}
+	fixture_sweep(f, 0);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk"), 0);
 	fixture_is_sound(f);
 }
@@ -206,10 +207,10 @@ static void the_sweep_takes_what_nobody_used(void **state)
 	fixture_create(f, RESOURCE_MESH, "used", NULL, NULL, used);
 	f->now_ms += 5000;
 	fixture_upload(f, "worn", "b.obj", "fresh", id);
-	ok(f, store_sweep(f->store, 5000, &f->error));
+	fixture_sweep(f, 5000);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 3);
 	f->now_ms += 1;
-	ok(f, store_sweep(f->store, 5000, &f->error));
+	fixture_sweep(f, 5000);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 2);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk"), 2);
 	ok(f, upload_discard(f->store, id, &f->error));
@@ -229,9 +230,37 @@ static void deleting_a_large_upload_writes_little(void **state)
 	assert_int_equal(sqlite3_exec(f->oracle, "PRAGMA wal_checkpoint(TRUNCATE)", NULL, NULL, NULL), SQLITE_OK);
 	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
 	upload_free(upload);
+	fixture_sweep(f, 0);
 	snprintf(log, sizeof log, "%s-wal", f->path);
 	assert_int_equal(stat(log, &after), 0);
 	assert_true(after.st_size < 2 * BLOB_CHUNK);
+}
+
+/* So that others can write in between; and what is deleted is out of sight at once. */
+static void a_large_upload_goes_in_small_steps(void **state)
+{
+	struct fixture *f = *state;
+	unsigned char *bytes = noise(80 * BLOB_CHUNK);
+	struct upload *upload = begin(f, UINT64_MAX);
+	struct blob blob;
+	bool sealed, more = true;
+	int steps = 0;
+	ok(f, upload_write(upload, bytes, 80 * BLOB_CHUNK, &f->error));
+	free(bytes);
+	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
+	refused(f, upload_find(f->store, upload_id(upload), &blob, &sealed, &f->error), TW_ERROR_NOT_FOUND,
+		"no-such-upload");
+	refused(f, upload_seal(upload, &f->error), TW_ERROR_CONFLICT, "upload-conflict");
+	upload_free(upload);
+	for (int64_t left = 80, now = left; more; left = now, steps++) {
+		ok(f, store_sweep(f->store, 5000, &more, &f->error));
+		now = fixture_ask(f, "SELECT count(*) FROM chunk");
+		assert_true(left - now <= 32);
+	}
+	assert_true(steps >= 3);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 0);
+	fixture_is_sound(f);
 }
 
 /* Space of deleted data goes back to the file system, bit by bit. */
@@ -245,7 +274,8 @@ static void the_sweep_makes_the_file_smaller(void **state)
 	int64_t before = fixture_ask(f, "SELECT page_count FROM pragma_page_count");
 	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
 	upload_free(upload);
-	ok(f, store_sweep(f->store, 0, &f->error));
+	fixture_sweep(f, 0);
+	ok(f, store_shrink(f->store, &f->error));
 	assert_true(fixture_ask(f, "SELECT page_count FROM pragma_page_count") < before / 4);
 }
 
@@ -256,7 +286,7 @@ int main(void)
 		TEST(a_resumed_upload_is_the_same_upload),   TEST(two_writers_of_one_upload_do_not_mix),
 		TEST(an_upload_beyond_its_limit_is_refused), TEST(a_long_name_is_cut_between_characters),
 		TEST(the_sweep_takes_what_nobody_used),      TEST(the_sweep_makes_the_file_smaller),
-		TEST(deleting_a_large_upload_writes_little),
+		TEST(deleting_a_large_upload_writes_little), TEST(a_large_upload_goes_in_small_steps),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -93,6 +93,13 @@ static inline void fixture_is_sound(struct fixture *f)
 	assert_int_equal(fixture_ask(f, "SELECT integrity_check = 'ok' FROM pragma_integrity_check"), 1);
 }
 
+static inline void fixture_sweep(struct fixture *f, int64_t upload_age_ms)
+{
+	bool more = true;
+	while (more)
+		ok(f, store_sweep(f->store, upload_age_ms, &more, &f->error));
+}
+
 /* A sealed upload of text. */
 static inline void fixture_upload(struct fixture *f, const char *part, const char *file_name, const char *text,
 				  char id[STORE_ID_SIZE])

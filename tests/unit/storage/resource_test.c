@@ -13,6 +13,7 @@ static void equal_uploads_are_one_mesh(void **state)
 	assert_int_equal(fixture_create(f, RESOURCE_MESH, "v 1 2 3", NULL, "{\"unit\":\"cm\"}", other),
 			 RESOURCE_CREATED);
 	assert_string_not_equal(first, other);
+	fixture_sweep(f, 5000);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 3);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job"), 3);
 }
@@ -207,6 +208,7 @@ static void what_is_used_is_not_deleted_alone(void **state)
 		"no-such-resource");
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM resource"), 3);
 	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, true, &f->error));
+	fixture_sweep(f, 5000);
 	static const char *const tables[] = {"resource", "job", "need", "blob", "chunk"};
 	for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
 		char sql[64];

@@ -163,6 +163,7 @@ static void a_full_store_says_so_and_goes_on_when_there_is_room(void **state)
 	fixture_is_sound(f);
 
 	ok(f, upload_discard(f->store, id, &f->error));
+	fixture_sweep(f, 5000);
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	assert_int_equal(fixture_ask(f, "SELECT size FROM blob WHERE role = 2"), 4 << 20);
 	fixture_is_sound(f);
