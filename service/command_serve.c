@@ -173,6 +173,8 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 	if (!status)
 		status = store_open(&daemon->store, config->store, error);
 	if (!status)
+		status = worker_abandon_dead(daemon->store, error);
+	if (!status)
 		status = listen_open(&daemon->listener, config->listen, loopback_only, error);
 	if (!status)
 		status = open_api(daemon, error);

@@ -9,10 +9,12 @@
 #include "service/work.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -58,7 +60,35 @@ struct worker {
 
 void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
 {
-	snprintf(name, WORKER_NAME_SIZE, "worker-%ld", (long)pid);
+	struct stat namespace = {0};
+	if (stat("/proc/self/ns/pid", &namespace))
+	namespace.st_ino = 0;
+	snprintf(name, WORKER_NAME_SIZE, "worker-%ld-%llu", (long)pid, (unsigned long long)namespace.st_ino);
+}
+
+static bool is_dead(const char *name)
+{
+	static const char prefix[] = "worker-";
+	char expected[WORKER_NAME_SIZE];
+	if (strncmp(name, prefix, sizeof prefix - 1) != 0)
+		return false;
+	long pid = strtol(name + sizeof prefix - 1, NULL, 10);
+	if (pid <= 0 || pid > INT_MAX)
+		return false;
+	worker_name(expected, (pid_t)pid);
+	return !strcmp(name, expected) && kill((pid_t)pid, 0) != 0 && errno == ESRCH;
+}
+
+enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error)
+{
+	struct job_query query = {.states = 1u << JOB_RUNNING, .limit = 1000};
+	struct job_page page = {0};
+	enum tw_status status = job_list(store, &query, &page, error);
+	for (size_t i = 0; status == TW_OK && i < page.count; i++)
+		if (is_dead(page.jobs[i].worker))
+			status = job_abandon(store, page.jobs[i].worker, error);
+	job_page_clear(&page);
+	return status;
 }
 
 static void complain(const char *event, const char *job, const struct tw_error *error)

@@ -7,9 +7,16 @@
 
 #include <sys/types.h>
 
-/* "worker-PID": what a worker is called in its jobs' rows where it is given no name. */
+struct store;
+
+/* "worker-PID-NAMESPACE": what a worker is called in its jobs' rows where it is given no name. The namespace is that of
+ * the process ids, which on a machine without containers is always the same. */
 enum { WORKER_NAME_SIZE = 64 };
 void worker_name(char name[WORKER_NAME_SIZE], pid_t pid);
+
+/* Ends the leases of workers with such names whose process is gone: what a crash of everything left behind need not
+ * wait for its lease. Those of other namespaces, who cannot be seen, are left alone. */
+enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error) TW_NODISCARD;
 
 struct worker_settings {
 	const char *store_url;

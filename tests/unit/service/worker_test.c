@@ -1,5 +1,7 @@
 /* Worker processes, real ones, on a store: what they do with jobs, and what is left of a job when they are stopped. The
  * binary is that of the environment's TIGHTWIRE. */
+#include "service/worker.h"
+
 #include "tests/unit/storage/fixture.h"
 
 #include <math.h>
@@ -263,6 +265,7 @@ static void frames_are_kept_as_asked(void **state)
 	assert_true(bytes_kept(f, motion[1], "frames") > 0);
 	assert_true(bytes_kept(f, motion[1], "frames") < bytes_kept(f, motion[0], "motion") / 4);
 	assert_int_equal(bytes_kept(f, motion[2], "motion") + bytes_kept(f, motion[2], "frames"), 0);
+	fixture_sweep(f, 3600000);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob WHERE resource IS NULL"), 0);
 	assert_int_equal(fixture_ask(f, "SELECT count(DISTINCT hash) FROM blob WHERE name = 'mean_stvk'"), 1);
 	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field[3]), JOB_SUCCEEDED);
@@ -358,6 +361,31 @@ static void a_worker_that_comes_back_late_is_refused(void **state)
 	fixture_is_sound(f);
 }
 
+/* Of three workers one is gone, one is this very process, and one lives where its process id says nothing to us. */
+static void only_the_leases_of_dead_workers_are_ended(void **state)
+{
+	struct fixture *f = *state;
+	char names[3][WORKER_NAME_SIZE], id[STORE_ID_SIZE];
+	pid_t child = fork();
+	if (child == 0)
+		_exit(0);
+	waitpid(child, NULL, 0);
+	worker_name(names[0], child);
+	worker_name(names[1], getpid());
+	snprintf(names[2], sizeof names[2], "worker-%ld-1", (long)child);
+	for (int i = 0; i < 3; i++) {
+		struct job_ticket ticket;
+		bool found = false;
+		create(f, (struct resource_draft){.kind = RESOURCE_LAYOUT}, id);
+		ok(f, job_claim(f->store, JOB_KINDS_ALL, names[i], 60000, &ticket, &found, &f->error));
+		assert_true(found);
+	}
+	ok(f, worker_abandon_dead(f->store, &f->error));
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 1 AND lease_until_ms > 0"), 2);
+	fixture_claim(f);
+	assert_true(fixture_nothing_to_claim(f));
+}
+
 static void sigterm_lets_the_running_job_end(void **state)
 {
 	struct fixture *f = *state;
@@ -442,6 +470,7 @@ int main(void)
 		WORKER_TEST(a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives),
 		WORKER_TEST(a_killed_workers_job_is_done_by_another),
 		WORKER_TEST(a_worker_that_comes_back_late_is_refused),
+		WORKER_TEST(only_the_leases_of_dead_workers_are_ended),
 		WORKER_TEST(sigterm_lets_the_running_job_end),
 		WORKER_TEST(a_second_sigterm_gives_the_job_back),
 		WORKER_TEST(a_running_job_that_is_cancelled_stops),
