@@ -172,7 +172,7 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 		.field = &files->field,
 		.request = &session->request,
 		.motion_name = files->motion_name,
-		.motion_count = files->motion_count,
+		.motion_count = files->motion_options.frames == FRAMES_NONE ? 0 : files->motion_count,
 		.threads = threads,
 		.motion_open = open_motion,
 		.progress = show_progress,

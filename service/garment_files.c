@@ -3,7 +3,9 @@
 #include "service/command.h"
 #include "service/progress.h"
 #include "solver/field/means.h"
+#include "solver/motion/fit.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -29,6 +31,7 @@ enum tw_status garment_files_init(struct garment_files *files, int argc, struct 
 {
 	*files = (struct garment_files){0};
 	option_defaults(&import_option_table, &files->import);
+	option_defaults(&motion_option_table, &files->motion_options);
 	option_defaults(&field_option_table, &files->field_options);
 	files->motion = calloc((size_t)argc + 1, sizeof *files->motion);
 	return files->motion ? TW_OK : tw_fail_memory(error);
@@ -55,6 +58,9 @@ enum tw_status garment_files_take(struct garment_files *files, int argc, char **
 	if (!status && !*taken)
 		status = option_from_arguments(&import_option_table, &files->import, argc, argv, index, taken, error);
 	if (!status && !*taken)
+		status = option_from_arguments(&motion_option_table, &files->motion_options, argc, argv, index, taken,
+					       error);
+	if (!status && !*taken)
 		status = option_from_arguments(&field_option_table, &files->field_options, argc, argv, index, taken,
 					       error);
 	return status;
@@ -73,6 +79,8 @@ void garment_files_print_options_help(FILE *out)
 {
 	fprintf(out, "\nGarment:\n");
 	option_print_help(&import_option_table, out);
+	fprintf(out, "\nMotions (frames: what the service would keep, and the elongation is taken from):\n");
+	option_print_help(&motion_option_table, out);
 	fprintf(out, "\nField:\n");
 	option_print_help(&field_option_table, out);
 }
@@ -104,8 +112,8 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 	return status;
 }
 
-enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
-					 struct tw_error *error)
+static enum tw_status open_as_it_came(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
+				      struct tw_error *error)
 {
 	const char *path = files->motion[motion];
 	struct byte_source source;
@@ -113,9 +121,21 @@ enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t m
 	enum tw_status status = file_source_open(&files->source, &source, path, error);
 	if (status)
 		return status;
-	enum length_unit unit = (enum length_unit)files->import.unit;
+	enum length_unit unit = motion_unit(&files->motion_options, (enum length_unit)files->import.unit);
 	status = motion_open(reader, &source, MOTION_SNIFF, unit, garment_source_count(&files->garment), error);
 	return file_blame(status, path, error);
+}
+
+enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
+					 struct tw_error *error)
+{
+	if (files->motion_options.frames == FRAMES_NONE)
+		return tw_fail(error, TW_ERROR_INPUT, "motion-without-frames", files->motion[motion],
+			       "with --frames none only the strain against the pattern is known");
+	enum tw_status status = open_as_it_came(files, motion, reader, error);
+	if (!status && files->motion_options.frames == FRAMES_PACKED)
+		motion_round(*reader);
+	return status;
 }
 
 /* "walk" of "motions/walk.pc2". */
@@ -148,6 +168,17 @@ static int show_frames(void *context, uint32_t frames_done)
 	return 0;
 }
 
+static void warn_of_size(const char *path, double size)
+{
+	char text[256];
+	if (fabs(size - 1) < MOTION_SIZE_TOLERANCE)
+		return;
+	motion_size_text(size, text);
+	progress_clear();
+	fprintf(stderr, "warning: %s: %s\n", path, text);
+}
+
+/* The strain against the pattern is taken when a motion comes in, all else from what is kept of it. */
 static enum tw_status read_motion(struct garment_files *files, struct arena *arena, uint32_t motion,
 				  struct tw_error *error)
 {
@@ -159,15 +190,19 @@ static enum tw_status read_motion(struct garment_files *files, struct arena *are
 		return tw_fail_memory(error);
 	means[files->field_options.energy] = mean;
 	struct motion_reader *reader = NULL;
-	uint32_t frames = 0;
-	enum tw_status status = garment_files_open_motion(files, motion, &reader, error);
+	struct means_report report = {0};
+	enum tw_status status = files->field_options.reference == FIELD_REFERENCE_PATTERN
+					? open_as_it_came(files, motion, &reader, error)
+					: garment_files_open_motion(files, motion, &reader, error);
 	struct reading reading = {files, reader, motion};
 	if (!status)
-		status = file_blame(means_of_motion(means, &frames, arena, &files->garment, reader,
+		status = file_blame(means_of_motion(means, &report, arena, &files->garment, reader,
 						    &files->field_options, show_frames, &reading, error),
 				    files->motion[motion], error);
 	motion_close(reader);
-	files->frame_count += frames;
+	files->frame_count += report.frame_count;
+	if (!status)
+		warn_of_size(files->motion[motion], report.size);
 	return status;
 }
 

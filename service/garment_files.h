@@ -6,6 +6,7 @@
 #include "service/file.h"
 #include "solver/field/field.h"
 #include "solver/garment/import.h"
+#include "solver/motion/options.h"
 
 #include <stdbool.h>
 
@@ -15,6 +16,7 @@ struct garment_files {
 	const char **motion;        /* owned; [motion_count], each borrowed from argv */
 	uint32_t motion_count;
 	struct import_options import;
+	struct motion_options motion_options;
 	struct field_options field_options;
 
 	/* From the files; in the arena that they are loaded with. */
@@ -49,7 +51,8 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 enum tw_status garment_files_field(struct garment_files *files, struct arena *arena, unsigned threads,
 				   struct tw_error *error) TW_NODISCARD;
 
-/* Opens a motion; the one before is closed. The reader is the caller's. */
+/* Opens a motion as the service would have kept it, rounded to what packing leaves; TW_ERROR_INPUT
+ * "motion-without-frames" where that is nothing. The motion before is closed. The reader is the caller's. */
 enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
 					 struct tw_error *error) TW_NODISCARD;
 

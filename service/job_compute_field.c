@@ -14,7 +14,8 @@ static enum tw_status read_mean(struct work *work, const struct cached_mesh *mes
 	if (options->reference == FIELD_REFERENCE_PATTERN)
 		return cache_read_doubles(work->arena, work->store, motion_id, motion_mean_names[options->energy],
 					  mesh->garment.face_count, mean, error);
-	enum tw_status status = motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info, error);
+	enum tw_status status =
+		motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info, NULL, error);
 	if (status == TW_OK)
 		*mean = means[options->energy];
 	return status;

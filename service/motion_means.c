@@ -22,10 +22,11 @@ static int tell_frames(void *context, uint32_t frames_done)
 
 enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 			    const struct field_options *options, double share_from, double share_to,
-			    double *mean[STRAIN_MODELS], struct motion_info *info, struct tw_error *error)
+			    double *mean[STRAIN_MODELS], struct motion_info *info, double *size, struct tw_error *error)
 {
 	struct blob_source source;
 	struct motion_reader *reader = NULL;
+	struct means_report report = {0};
 	struct share share = {.work = work, .from = share_from, .to = share_to};
 	for (int model = 0; model < STRAIN_MODELS; model++) {
 		mean[model] = ARENA_ARRAY(work->arena, mesh->garment.face_count, double);
@@ -36,8 +37,11 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 	if (status == TW_OK) {
 		*info = *motion_info(reader);
 		share.frame_count = info->frame_count;
-		status = means_of_motion(mean, &info->frame_count, work->arena, &mesh->garment, reader, options,
-					 tell_frames, &share, error);
+		status = means_of_motion(mean, &report, work->arena, &mesh->garment, reader, options, tell_frames,
+					 &share, error);
+		info->frame_count = report.frame_count;
+		if (size)
+			*size = report.size;
 	}
 	motion_close(reader);
 	blob_source_clear(&source);

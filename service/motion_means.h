@@ -9,9 +9,11 @@
 extern const char *const motion_mean_names[STRAIN_MODELS];
 
 /* The means of all three models against the reference that the options name, mean[model][face_count], in the work's
- * arena. Progress goes from `share_from` to `share_to`. The frame_count of `info` is what was read. */
+ * arena. Progress goes from `share_from` to `share_to`. The frame_count of `info` is what was read; `size` may be NULL
+ * (struct means_report). */
 enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 			    const struct field_options *options, double share_from, double share_to,
-			    double *mean[STRAIN_MODELS], struct motion_info *info, struct tw_error *error) TW_NODISCARD;
+			    double *mean[STRAIN_MODELS], struct motion_info *info, double *size,
+			    struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -48,8 +48,15 @@ static enum tw_status find_rest(struct strain_rest *rest, struct stream *stream,
 	return strain_rest_from_pattern(rest, arena, stream->garment, error);
 }
 
-static enum tw_status add_frames(struct strain_mean *mean, struct stream *stream, means_progress *progress,
-				 void *context, struct tw_error *error)
+static enum tw_status check_first(struct means_report *report, const struct garment *garment, const float *position,
+				  struct tw_error *error)
+{
+	report->size = motion_size(garment, position);
+	return motion_check_fit(garment, position, error);
+}
+
+static enum tw_status add_frames(struct strain_mean *mean, struct means_report *report, struct stream *stream,
+				 means_progress *progress, void *context, struct tw_error *error)
 {
 	for (uint32_t done = 1;; done++) {
 		bool end = false;
@@ -57,7 +64,7 @@ static enum tw_status add_frames(struct strain_mean *mean, struct stream *stream
 		if (status || end)
 			return status;
 		if (done == 1)
-			status = motion_check_fit(stream->garment, strain_mean_slot(mean), error);
+			status = check_first(report, stream->garment, strain_mean_slot(mean), error);
 		if (status)
 			return status;
 		strain_mean_add(mean);
@@ -66,7 +73,7 @@ static enum tw_status add_frames(struct strain_mean *mean, struct stream *stream
 	}
 }
 
-enum tw_status means_of_motion(double *const means[STRAIN_MODELS], uint32_t *frame_count, struct arena *arena,
+enum tw_status means_of_motion(double *const means[STRAIN_MODELS], struct means_report *report, struct arena *arena,
 			       const struct garment *garment, struct motion_reader *reader,
 			       const struct field_options *options, means_progress *progress, void *context,
 			       struct tw_error *error)
@@ -84,10 +91,10 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], uint32_t *fra
 	if (!status)
 		status = strain_mean_new(&mean, arena, &rest, error);
 	if (!status)
-		status = add_frames(mean, &stream, progress, context, error);
+		status = add_frames(mean, report, &stream, progress, context, error);
 	if (!status) {
-		*frame_count = strain_mean_finish(mean, means);
-		if (*frame_count == 0)
+		report->frame_count = strain_mean_finish(mean, means);
+		if (report->frame_count == 0)
 			status = tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL, "the motion has no frames");
 	}
 	arena_release(arena, mark);

@@ -24,7 +24,7 @@ enum refinement {
 };
 
 struct import_options {
-	int unit;               /* enum length_unit of the worn mesh and its motions; not UNIT_SHEET */
+	int unit;               /* enum length_unit of the worn mesh; not UNIT_SHEET */
 	int pattern_unit;       /* enum length_unit of the flat pattern */
 	double sheet_width_mm;  /* for UNIT_SHEET */
 	double sheet_height_mm; /* for UNIT_SHEET */

@@ -33,3 +33,38 @@ enum tw_status motion_check_fit(const struct garment *garment, const float *posi
 		"another order of vertices; export both from the same mesh",
 		moved, worn);
 }
+
+/* By counting, in steps of half a per cent; what is beyond the last counts as the last. */
+double motion_size(const struct garment *garment, const float *position)
+{
+	enum { STEPS = 800, STEPS_TO_ONE = 200 };
+	uint32_t count[STEPS] = {0};
+	uint64_t below = 0;
+	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++) {
+		size_t from = 3 * (size_t)garment->face_vertex[i];
+		size_t to = 3 * (size_t)garment->face_vertex[i % 3 == 2 ? i - 2 : i + 1];
+		double worn = 0, moved = 0;
+		for (size_t k = 0; k < 3; k++) {
+			double a = garment->position[to + k] - garment->position[from + k];
+			double b = (double)position[to + k] - (double)position[from + k];
+			worn += a * a;
+			moved += b * b;
+		}
+		double step = worn > 0 ? sqrt(moved / worn) * STEPS_TO_ONE + 0.5 : STEPS_TO_ONE;
+		count[step < STEPS - 1 ? (size_t)step : STEPS - 1]++;
+	}
+	for (size_t step = 0; step < STEPS; step++) {
+		below += count[step];
+		if (2 * below >= 3 * (uint64_t)garment->face_count)
+			return (double)step / STEPS_TO_ONE;
+	}
+	return 1;
+}
+
+void motion_size_text(double size, char text[256])
+{
+	snprintf(text, 256,
+		 "in the first frame the fabric is %.1f %% %s, each way, than on the worn mesh: is this the motion of "
+		 "another size of the garment? Its strain is measured against this garment's pattern",
+		 100 * fabs(size - 1), size > 1 ? "longer" : "shorter");
+}

@@ -10,4 +10,15 @@
 enum tw_status motion_check_fit(const struct garment *garment, const float *position,
 				struct tw_error *error) TW_NODISCARD;
 
+/* Of the sides of all faces, the median of length in the frame over length as worn. Whatever pose the wearer takes,
+ * most of the fabric keeps its length to within a per cent; the motion of another size of the garment, which has the
+ * same vertices, shows here. */
+double motion_size(const struct garment *garment, const float *position);
+
+/* Sizes of garments are some five per cent apart, bodies that wear the same size two. */
+#define MOTION_SIZE_TOLERANCE 0.03
+
+/* What a warning about it says. */
+void motion_size_text(double size, char text[256]);
+
 #endif

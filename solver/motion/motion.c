@@ -233,8 +233,15 @@ enum tw_status motion_next(struct motion_reader *reader, float *positions, bool 
 	if (status != TW_OK || *end)
 		return status;
 	status = scale_and_check(reader, positions, error);
+	for (size_t i = 0; reader->rounds && status == TW_OK && i < 3 * (size_t)reader->info.vertex_count; i++)
+		positions[i] = grid_position(grid_place(positions[i]));
 	reader->frame++;
 	return status;
+}
+
+void motion_round(struct motion_reader *reader)
+{
+	reader->rounds = true;
 }
 
 enum tw_status motion_rewind(struct motion_reader *reader, struct tw_error *error)

@@ -59,6 +59,9 @@ const struct motion_info *motion_info(const struct motion_reader *reader);
 enum tw_status motion_next(struct motion_reader *reader, float *positions, bool *end,
 			   struct tw_error *error) TW_NODISCARD;
 
+/* From the next frame on, positions are what packing them would keep of them (solver/motion/pack.h). */
+void motion_round(struct motion_reader *reader);
+
 /* To the first frame again. */
 enum tw_status motion_rewind(struct motion_reader *reader, struct tw_error *error) TW_NODISCARD;
 

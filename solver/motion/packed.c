@@ -8,7 +8,7 @@
 #include <string.h>
 #include <zstd.h>
 
-enum { HEADER_BYTES = 24, GRID_PER_MM = 64, LEVEL = 3 };
+enum { HEADER_BYTES = 24, LEVEL = 3 };
 static const char magic[8] = {'T', 'W', 'F', 'R', 'A', 'M', 'E', '1'};
 
 /* The two frames that predict the next, and room for one frame unpacked and packed. */
@@ -130,7 +130,7 @@ enum tw_status motion_packer_add(struct motion_packer *packer, const float *posi
 	const size_t count = 3 * (size_t)packing->points;
 	uint32_t *grid = packing_turn(packing);
 	for (size_t i = 0; i < count; i++) {
-		uint32_t place = (uint32_t)lrintf(positions[i] * GRID_PER_MM);
+		uint32_t place = (uint32_t)grid_place(positions[i]);
 		uint32_t residual = place - predict(packing, grid, i);
 		uint32_t folded = residual << 1 ^ (0 - (residual >> 31));
 		grid[i] = place;
@@ -282,7 +282,7 @@ static enum tw_status next(struct motion_reader *reader, float *positions, bool 
 			folded |= (uint32_t)packing->planes[plane * count + i] << 8 * plane;
 		uint32_t residual = folded >> 1 ^ (0 - (folded & 1));
 		grid[i] = predict(packing, grid, i) + residual;
-		positions[i] = (float)(int32_t)grid[i] / GRID_PER_MM;
+		positions[i] = grid_position((int32_t)grid[i]);
 	}
 	return TW_OK;
 }

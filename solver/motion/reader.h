@@ -4,6 +4,8 @@
 
 #include "solver/motion/motion.h"
 
+#include <math.h>
+
 struct motion_reader;
 
 struct motion_codec {
@@ -23,6 +25,7 @@ struct motion_reader {
 	uint32_t expected; /* vertices; 0 for any */
 	uint32_t frame;    /* the next one */
 	float scale;       /* millimetres in the file's unit */
+	bool rounds;       /* positions to what packing keeps of them */
 	void *state;       /* of the codec, owned; NULL for none */
 };
 
@@ -46,6 +49,19 @@ enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices
 
 /* Nothing may stand behind the last frame. */
 enum tw_status reader_expect_end(struct motion_reader *reader, struct tw_error *error) TW_NODISCARD;
+
+/* The grid of packed motions: a coordinate's place on it, and back. Within a kilometre both fit. */
+enum { GRID_PER_MM = 64 };
+
+static inline int32_t grid_place(float mm)
+{
+	return (int32_t)lrintf(mm * GRID_PER_MM);
+}
+
+static inline float grid_position(int32_t place)
+{
+	return (float)place / GRID_PER_MM;
+}
 
 static inline uint32_t load_le32(const unsigned char *bytes)
 {

@@ -36,14 +36,14 @@ static double read_means(const char *path, const struct garment *garment, struct
 	struct file_source file;
 	struct byte_source source;
 	struct motion_reader *reader;
-	uint32_t frames;
+	struct means_report report;
 	option_defaults(&field_option_table, &options);
 	double start = bench_seconds();
 	for (int k = 0; k < READINGS; k++) {
 		if (file_source_open(&file, &source, path, NULL) ||
 		    motion_open(&reader, &source, MOTION_PC2, UNIT_MM, garment->vertex_count, NULL) ||
-		    means_of_motion(means, &frames, arena, garment, reader, &options, NULL, NULL, NULL) ||
-		    frames != FRAMES)
+		    means_of_motion(means, &report, arena, garment, reader, &options, NULL, NULL, NULL) ||
+		    report.frame_count != FRAMES)
 			exit(1);
 		motion_close(reader);
 		file_source_close(&file);

@@ -123,6 +123,68 @@ test('options of the request reach the solver', async () => {
   await assertSameFiles(json, layoutByCommand(request));
 });
 
+// A PC2 file with every coordinate changed.
+function changed(name, change) {
+  const bytes = Buffer.from(readFileSync(suit('motions', `${name}.pc2`)));
+  for (let at = 32; at < bytes.length; at += 4) bytes.writeFloatLE(change(bytes.readFloatLE(at)), at);
+  return bytes;
+}
+
+const importMotion = async (query, bytes) => {
+  const { json } = await service.post(`${mesh.href}/motions?${query}`, bytes, cache);
+  assert.equal(json.state, 'succeeded', JSON.stringify(json.problem));
+  return json;
+};
+
+test('whatever is kept of the frames, a field and a layout have the bytes of the command line', async () => {
+  assert.equal(motions[0].options.frames, 'packed');
+  const walk = readFileSync(suit('motions', 'walk.pc2'));
+  const densities = [];
+  for (const frames of ['packed', 'upload']) {
+    const motion = await importMotion(`name=walk&frames=${frames}`, walk);
+    const options = { reference: 'worn' };
+    const kept = (await service.post('/v1/fields', { mesh: mesh.id, motions: [motion.id], options }, wait)).json;
+    const out = join(folder.path, `worn-${frames}`);
+    const files = ['--worn', suit('suit.obj'), '--motion', suit('motions', 'walk.pc2'), '--frames', frames];
+    run('field', ...files, '--reference', 'worn', '--out', out);
+    for (const [name, type] of [['density', 'f64'], ['weight', 'u64'], ['coverage', 'f32']]) {
+      const { bytes } = await service.get(kept.arrays.find((array) => array.name === name).href);
+      assert.ok(bytes.equals(readFileSync(join(out, `${name}.${type}`))), `${name} of frames ${frames}`);
+      if (name === 'density') densities.push(bytes);
+    }
+  }
+  assert.ok(!densities[0].equals(densities[1]), 'packed frames were rounded');
+
+  const none = await Promise.all(
+    motionNames.map((name) => importMotion(`name=${name}&frames=none`, readFileSync(suit('motions', `${name}.pc2`)))),
+  );
+  const ids = none.map((motion) => motion.id);
+  const without = (await service.post('/v1/fields', { mesh: mesh.id, motions: ids }, wait)).json;
+  const { json } = await service.post('/v1/layouts', { ...terminalsOf('joints10'), field: without.id }, wait);
+  await assertSameFiles(json, layoutByCommand(terminalsOf('joints10'), ['--frames', 'none']));
+  const worn = { mesh: mesh.id, motions: ids, options: { reference: 'worn' } };
+  const refused = (await service.post('/v1/fields', worn, wait)).json;
+  assert.match(refused.problem.type, /motion-without-frames$/);
+});
+
+test('a motion may have a unit of its own', async () => {
+  const metres = await importMotion('name=metres&motion_unit=m', changed('walk', (mm) => mm / 1000));
+  const ratio = metres.summary.average_density_mpa / motions[0].summary.average_density_mpa;
+  assert.ok(Math.abs(ratio - 1) < 1e-4, `${ratio}`);
+  const asMesh = await service.post(`${mesh.href}/motions?name=lost`, changed('walk', (mm) => mm / 1000), cache);
+  assert.match(asMesh.json.problem.type, /motion-does-not-fit$/);
+  const inches = await service.post(`${mesh.href}/motions?motion_unit=inch`, changed('walk', (mm) => mm), cache);
+  assert.equal(inches.status, 422);
+});
+
+test('the motion of another size of the garment comes with a warning', async () => {
+  assert.deepEqual(motions.map((motion) => motion.summary.warnings), [[], []]);
+  const larger = await importMotion('name=larger', changed('walk', (mm) => mm * 1.05));
+  const [warning] = larger.summary.warnings;
+  assert.equal(warning.type, 'motion-other-size');
+  assert.match(warning.text, /[45]\.[0-9] % longer/);
+});
+
 test('all can be asked for at once: each job waits for what it needs', async () => {
   const bytes = Buffer.concat([readFileSync(suit('suit.obj')), Buffer.from('# another\n')]);
   const { json: other } = await service.post('/v1/meshes?name=other.obj', bytes, { 'content-type': 'model/obj' });
@@ -193,8 +255,8 @@ test('twenty layouts at once from several clients all come back, each its own', 
 
 test('a stored hash is what b2sum says of each MiB', { skip: !hasBlake2() }, async () => {
   const bytes = readFileSync(suit('motions', 'walk.pc2'));
-  const { json } = await service.get(motions[0].href);
-  const { blake2b } = json.uploads[0];
+  const { uploads } = await importMotion('name=walk&frames=upload', bytes);
+  const { blake2b } = uploads[0];
   assert.ok([hashOf(bytes), hashOfChunks(bytes)].includes(blake2b));
 });
 

@@ -60,14 +60,14 @@ static enum tw_status read_means(struct motion *motion, double *const *means, me
 	struct byte_memory memory = {motion->bytes, motion->size, 0};
 	struct byte_source source = byte_source_memory(&memory);
 	struct motion_reader *reader = NULL;
-	uint32_t frames = 0;
+	struct means_report report = {0};
 	enum tw_status status =
 		motion_open(&reader, &source, MOTION_SNIFF, UNIT_MM, motion->garment.vertex_count, &motion->error);
 	if (!status)
-		status = means_of_motion(means, &frames, motion->arena, &motion->garment, reader, &motion->options,
+		status = means_of_motion(means, &report, motion->arena, &motion->garment, reader, &motion->options,
 					 progress, context, &motion->error);
 	if (!status)
-		assert_int_equal(frames, FRAMES);
+		assert_int_equal(report.frame_count, FRAMES);
 	motion_close(reader);
 	return status;
 }

@@ -2,6 +2,7 @@
  * and what motions of a real suit say about where it strains. */
 #include "solver/field/field.h"
 #include "solver/field/means.h"
+#include "solver/motion/fit.h"
 #include "solver/field/strip.h"
 #include "solver/garment/import.h"
 #include "solver/sample/sample.h"
@@ -156,7 +157,7 @@ static void a_real_suit_in_motion_has_the_known_median_density(void **state)
 		struct byte_memory memory = {0};
 		struct motion_reader *reader;
 		struct tw_error error = {0};
-		uint32_t frames;
+		struct means_report report;
 		snprintf(path, sizeof path, "motions/L_coarse/%s.pc2", names[m]);
 		memory.bytes = read_data(path, &memory.size);
 		assert_non_null(memory.bytes);
@@ -165,11 +166,12 @@ static void a_real_suit_in_motion_has_the_known_median_density(void **state)
 		enum tw_status status =
 			motion_open(&reader, &source, MOTION_PC2, UNIT_MM, suit.garment.vertex_count, &error);
 		if (!status)
-			status = means_of_motion((double *[]){mean[m], NULL, NULL}, &frames, suit.arena, &suit.garment,
+			status = means_of_motion((double *[]){mean[m], NULL, NULL}, &report, suit.arena, &suit.garment,
 						 reader, &options, NULL, NULL, &error);
 		if (status)
 			fail_msg("%s: %s", error.where, error.text);
-		assert_true(frames >= 30);
+		assert_true(report.frame_count >= 30);
+		assert_true(fabs(report.size - 1) < MOTION_SIZE_TOLERANCE / 2);
 		motion_close(reader);
 		free((void *)(uintptr_t)memory.bytes);
 	}

@@ -55,10 +55,10 @@ static void make_field(struct suit *suit)
 	double *mean = ARENA_ARRAY(suit->arena, suit->garment.face_count, double), *means[STRAIN_MODELS] = {0};
 	means[options.energy] = mean;
 	struct motion_reader *reader;
-	uint32_t frames;
+	struct means_report report;
 	assert_int_equal(open_motion(suit, 0, &reader, NULL), TW_OK);
 	assert_int_equal(
-		means_of_motion(means, &frames, suit->arena, &suit->garment, reader, &options, NULL, NULL, NULL),
+		means_of_motion(means, &report, suit->arena, &suit->garment, reader, &options, NULL, NULL, NULL),
 		TW_OK);
 	motion_close(reader);
 	const double *const all[1] = {mean};

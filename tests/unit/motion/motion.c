@@ -274,6 +274,26 @@ static void motion_in_another_unit_or_order_does_not_fit(void **state)
 	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
 }
 
+static void another_size_shows_in_most_of_the_fabric(void **state)
+{
+	enum { FACES = 100 };
+	static double position[9 * FACES];
+	static float frame[9 * FACES];
+	static uint32_t face[3 * FACES];
+	(void)state;
+	for (uint32_t i = 0; i < 9 * FACES; i++) {
+		position[i] = 5 * sin(1.7 * i) + i / 9; /* faces of any shape */
+		face[i / 3] = i / 3;
+	}
+	struct garment garment = {
+		.vertex_count = 3 * FACES, .face_count = FACES, .position = position, .face_vertex = face};
+	for (double size = 0.9; size < 1.11; size += 0.05) {
+		for (int i = 0; i < 9 * FACES; i++) /* and some faces are stretched by half */
+			frame[i] = (float)(position[i] * size * (i < 9 * FACES / 3 ? 1.5 : 1));
+		assert_true(fabs(motion_size(&garment, frame) - size) <= 0.005);
+	}
+}
+
 /* --- packed motions ---------------------------------------------------------------------------- */
 
 /* Smooth paths through a few metres, with a jump, in `frames` frames of VERTICES points. */
@@ -329,6 +349,33 @@ static void packed_positions_are_within_the_stated_error(void **state)
 			assert_int_equal(motion_rewind(s->reader, &s->error), TW_OK);
 		}
 	}
+}
+
+static void rounded_positions_are_those_that_packing_keeps(void **state)
+{
+	enum { FRAMES_MADE = 20, FLOATS = 3 * VERTICES };
+	struct stream *s = *state;
+	static unsigned char pc2[PC2_HEADER_BYTES + FRAMES_MADE * FLOATS * 4];
+	pc2_write_header(pc2, VERTICES, FRAMES_MADE);
+	for (int f = 0; f < FRAMES_MADE; f++)
+		for (int i = 0; i < FLOATS; i++) {
+			float value = smooth(f, i);
+			memcpy(pc2 + PC2_HEADER_BYTES + 4 * (f * FLOATS + i), &value, 4);
+		}
+	make_packed(s, FRAMES_MADE, FRAMES_MADE);
+	assert_int_equal(open_as(s, MOTION_PACKED, UNIT_MM, 0), TW_OK);
+	struct byte_memory memory = {pc2, sizeof pc2, 0};
+	struct byte_source source = byte_source_memory(&memory);
+	struct motion_reader *reader = NULL;
+	assert_int_equal(motion_open(&reader, &source, MOTION_PC2, UNIT_MM, 0, &s->error), TW_OK);
+	motion_round(reader);
+	for (bool end = false; !end;) {
+		float kept[FLOATS] = {0}, rounded[FLOATS] = {0};
+		assert_int_equal(motion_next(s->reader, kept, &end, &s->error), TW_OK);
+		assert_int_equal(motion_next(reader, rounded, &end, &s->error), TW_OK);
+		assert_memory_equal(kept, rounded, sizeof kept);
+	}
+	motion_close(reader);
 }
 
 static void packing_again_gives_the_same_bytes(void **state)
@@ -524,7 +571,9 @@ int main(void)
 		cmocka_unit_test_setup_teardown(unknown_version_and_bad_rate_are_refused, setup, teardown),
 		cmocka_unit_test_setup_teardown(what_is_no_number_is_named_by_frame_and_vertex, setup, teardown),
 		cmocka_unit_test_setup_teardown(motion_in_another_unit_or_order_does_not_fit, setup, teardown),
+		cmocka_unit_test(another_size_shows_in_most_of_the_fabric),
 		cmocka_unit_test_setup_teardown(packed_positions_are_within_the_stated_error, setup, teardown),
+		cmocka_unit_test_setup_teardown(rounded_positions_are_those_that_packing_keeps, setup, teardown),
 		cmocka_unit_test_setup_teardown(packing_again_gives_the_same_bytes, setup, teardown),
 		cmocka_unit_test_setup_teardown(damaged_packed_motions_are_errors, setup, teardown),
 		cmocka_unit_test_setup_teardown(obj_sequence_comes_back_in_natural_order, setup, teardown),
