@@ -5,7 +5,7 @@
 enum { ROUNDS = 5 };
 static const double glyph_width = 0.6, ascent = 0.8, descent = 0.25; /* of the size */
 
-/* The best first. Right and left of the point, above and below; the later ones a step further out. */
+/* The best first. Right and left of the point, above and below; from NEAR_SPOTS on a step further out, and another. */
 static const struct spot {
 	double x, y;
 	enum label_anchor anchor;
@@ -16,7 +16,7 @@ static const struct spot {
 	{2.5, 0, LABEL_START},    {-2.5, 0, LABEL_END},    {0, -2.2, LABEL_MIDDLE}, {0, 2.2, LABEL_MIDDLE},
 	{1.5, -3.5, LABEL_START}, {-1.5, -3.5, LABEL_END}, {1.5, 3.5, LABEL_START}, {-1.5, 3.5, LABEL_END},
 };
-enum { SPOTS = sizeof spots / sizeof *spots };
+enum { SPOTS = sizeof spots / sizeof *spots, NEAR_SPOTS = 8 };
 
 enum tw_status label_page_init(struct label_page *page, struct arena *arena, struct label_box bounds, double gap,
 			       uint32_t label_room, uint32_t block_room, struct tw_error *error)
@@ -110,7 +110,13 @@ static double cost(const struct label_page *page, const struct label_box *box, u
 	return sum;
 }
 
-/* Of places that are as free the earlier one: a rank weighs like one part in ten thousand of the label covered. */
+/* What a place costs by itself, as a share of the label's area. Of places that are as free the earlier one is taken;
+ * one further out, where it is not so clear what is named, only to get off another name or most of a line. */
+static double rank_price(int spot)
+{
+	return 0.001 * spot + 0.5 * (spot / NEAR_SPOTS);
+}
+
 static void choose(const struct label_page *page, struct label *label, uint32_t others)
 {
 	double least = INFINITY;
@@ -118,7 +124,7 @@ static void choose(const struct label_page *page, struct label *label, uint32_t 
 	struct label best = *label;
 	for (int i = 0; i < SPOTS; i++) {
 		put(page, label, &spots[i]);
-		double here = cost(page, &label->box, near_count) + 0.001 * i * area(&label->box);
+		double here = cost(page, &label->box, near_count) + rank_price(i) * area(&label->box);
 		if (here < least) {
 			least = here;
 			best = *label;
