@@ -61,43 +61,63 @@ printf 'uploaded, imported and weighed under %s motions in %s s\n\n' "$(echo $id
 
 # --- layouts: the connection is held until the layout is there -------------------------------------------------------------
 head='%-11s %-8s %13s %13s | %8s %8s %6s | %6s %6s %6s | %5s %5s %5s %5s %5s\n'
-# shellcheck disable=SC2059
-{
-	printf "$head" '' '' 'weight' 'lower bound' 'energy' 'minimum' 'saved' 'max' 'minimum' 'saved' 'place' 'tree' 'base' 'curve' 'all'
-	printf "$head" 'terminals' 'outcome' '' '' 'MPa mm2' 'length' '' 'elong.' 'length' '' 's' 's' 's' 's' 's'
-}
-for set in $sets; do
-	mkdir -p "$out/$set"
-	jq --arg field "$field" '{field: $field, terminals: .terminals}' "$terminals/$set.json" >"$out/$set/request.json"
-	request POST /v1/layouts -H 'Content-Type: application/json' -H 'Prefer: wait=60' \
-		--data-binary "@$out/$set/request.json" >"$out/$set/resource.json"
-	layout=$(jq -r .id "$out/$set/resource.json")
-	while jq -e '.state == "queued" or .state == "running"' "$out/$set/resource.json" >/dev/null; do
+
+# lay_out SET: asks for one layout, waits for it and fetches its files; false where the service says no, or the job fails.
+lay_out() {
+	jq --arg field "$field" '{field: $field, terminals: .terminals}' "$terminals/$1.json" >"$out/$1/request.json"
+	curl -sS "$base/v1/layouts" -H 'Content-Type: application/json' -H 'Prefer: wait=60' \
+		--data-binary "@$out/$1/request.json" >"$out/$1/resource.json" || return
+	jq -e .id "$out/$1/resource.json" >/dev/null || return
+	layout=$(jq -r .id "$out/$1/resource.json")
+	while jq -e '.state == "queued" or .state == "running"' "$out/$1/resource.json" >/dev/null; do
 		sleep 1
-		request GET "/v1/layouts/$layout" >"$out/$set/resource.json"
+		curl -sS "$base/v1/layouts/$layout" >"$out/$1/resource.json" || return
 	done
-	for artifact in $(jq -r '.artifacts[].name' "$out/$set/resource.json"); do
-		request GET "/v1/layouts/$layout/$artifact" >"$out/$set/$artifact"
+	jq -e '.state == "succeeded"' "$out/$1/resource.json" >/dev/null || return
+	for artifact in $(jq -r '.artifacts[].name' "$out/$1/resource.json"); do
+		request GET "/v1/layouts/$layout/$artifact" >"$out/$1/$artifact"
 	done
-	# shellcheck disable=SC2059,SC2046
-	printf "$head" "$set" $(jq -r '
+	for drawing in pattern suit; do
+		rsvg-convert -w 1600 -b white "$out/$1/$drawing.svg" -o "$out/$1/$drawing.png" || return
+	done
+}
+
+# figures SET: its row of the table.
+figures() {
+	jq -r '
 		def round(d): . * pow(10; d) | round / pow(10; d);
 		def percent: . * 100 | round(1) | "\(.)%";
-		.problem as $problem | .summary
-		| if . == null then "failed: \($problem.detail)" else
-		  [ .outcome, .weight, .lower_bound,
-		    (.energy_mpa_mm2 | round(0)), (.baseline_energy_mpa_mm2 | round(0)),
-		    (1 - .energy_mpa_mm2 / .baseline_energy_mpa_mm2 | percent),
-		    (.elongation_max | percent), (.baseline_elongation_max | percent),
-		    (1 - .elongation_max / .baseline_elongation_max | percent),
-		    (.seconds | (.terminals, .tree, .baseline, (.curves + .metrics + .elongation + .artifacts), .total) | round(2)) ]
-		  | map(tostring) | join(" ") end' "$out/$set/resource.json")
+		.summary | [ .outcome, .weight, .lower_bound,
+		  (.energy_mpa_mm2 | round(0)), (.baseline_energy_mpa_mm2 | round(0)),
+		  (1 - .energy_mpa_mm2 / .baseline_energy_mpa_mm2 | percent),
+		  (.elongation_max | percent), (.baseline_elongation_max | percent),
+		  (1 - .elongation_max / .baseline_elongation_max | percent),
+		  (.seconds | (.terminals, .tree, .baseline, (.curves + .metrics + .elongation + .artifacts), .total) | round(2)) ]
+		| map(tostring) | join(" ")' "$out/$1/resource.json"
+}
+
+# shellcheck disable=SC2059
+{
+	printf "$head" '' '' 'weight' 'lower bound' 'energy' 'fewest' 'saved' 'max' 'fewest' 'saved' 'place' 'tree' 'base' 'curve' 'all'
+	printf "$head" 'terminals' 'outcome' '' '' 'MPa mm2' 'edges' '' 'elong.' 'edges' '' 's' 's' 's' 's' 's'
+}
+failed=
+for set in $sets; do
+	mkdir -p "$out/$set"
+	if lay_out "$set"; then
+		# shellcheck disable=SC2059,SC2046
+		printf "$head" "$set" $(figures "$set")
+	else
+		failed="$failed $set"
+		printf '%-11s failed: %s\n' "$set" "$(jq -r '.problem.detail // .detail // "no answer"' "$out/$set/resource.json")"
+	fi
 done
 
 # --- where things are -----------------------------------------------------------------------------------------------------
 echo
 for set in $sets; do
-	rsvg-convert -w 1600 -b white "$out/$set/pattern.svg" -o "$out/$set/pattern.png"
+	case "$failed " in *" $set "*) continue ;; esac
 	ls "$out/$set"/layout.json "$out/$set"/*.svg "$out/$set"/*.png | tr '\n' ' '
 	echo
 done
+[ -z "$failed" ] || { echo "demo: no layout for$failed" >&2; exit 1; }
