@@ -59,7 +59,7 @@ flags.solver/field/strip.c := $(flags.solver/field/strain.c)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all help deps deps-lint deps-test demo test test-unit test-http bench bench-steiner lint format format-check fuzz install clean
+.PHONY: all help deps deps-lint deps-test demo test test-unit test-http bench bench-stream bench-steiner lint format format-check fuzz install clean
 
 all: $(out)/tightwire ## build the one binary (default)
 
@@ -139,6 +139,10 @@ test-http: all $(helpers) ## only the HTTP, contract and process tests
 bench: deps-test ## speed and memory on the sample suit, each figure beside its goal
 	$(Q)$(MAKE) --no-print-directory all bench-programs
 	$(Q)DATA="$(DATA)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/bench/run.sh
+
+bench-stream: deps-test ## a motion set of 11 GB through the service: time, memory of every process (sequences=248)
+	$(Q)$(MAKE) --no-print-directory all
+	$(Q)$(if $(sequences),SEQUENCES=$(sequences)) TIGHTWIRE="$(CURDIR)/$(out)/tightwire" node tests/bench/stream.mjs
 
 bench-steiner: all ## every Steiner instance of INSTANCES: seconds, work, gap, memory
 	$(Q)INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/bench/steiner.sh

@@ -291,6 +291,38 @@ test('a large upload does not make the daemon grow', { skip: isInstrumented }, a
   });
 });
 
+test('a motion larger than any process may become goes through upload, strain and packing', { skip: isInstrumented }, async () => {
+  const limit = 64 << 20, size = 2 * limit;
+  const folder = temporaryFolder();
+  run('sample', '--out', folder.path, '--vertices', '3000');
+  const walk = readFileSync(join(folder.path, 'motions', 'walk.pc2'));
+  const frames = walk.subarray(32), points = walk.readInt32LE(16);
+  const rounds = Math.ceil(size / frames.length);
+  const header = Buffer.from(walk.subarray(0, 32));
+  header.writeInt32LE(rounds * walk.readInt32LE(28), 28);
+  await withService({ workers: 1 }, async (service) => {
+    const suit = readFileSync(join(folder.path, 'suit.obj'));
+    const mesh = (await service.post('/v1/meshes?name=suit.obj', suit, { 'content-type': 'model/obj', prefer: 'wait=30' })).json;
+    let left = rounds;
+    const body = new ReadableStream({
+      start: (controller) => controller.enqueue(header),
+      pull: (controller) => (left-- > 0 ? controller.enqueue(frames) : controller.close()),
+    });
+    const type = { 'content-type': 'application/octet-stream' };
+    const { json } = await service.post(`/v1/meshes/${mesh.id}/motions?name=long`, body, type, { duplex: 'half' });
+    const motion = await service.finished(json.href);
+    assert.equal(motion.state, 'succeeded', JSON.stringify(motion.problem));
+    assert.equal(motion.summary.frames, header.readInt32LE(28));
+    assert.equal(motion.summary.points, points);
+    assert.ok(motion.uploads[0].size_bytes < size / 3, 'the frames are packed');
+    for (const pid of [service.process.pid, ...service.workers()]) {
+      const peak = service.peakBytes(pid);
+      assert.ok(peak < limit, `${pid} took ${peak >> 20} MiB`);
+    }
+  });
+  folder.remove();
+});
+
 test('uploads that break off, early or late, leave nothing behind', async () => {
   await withService({}, async (service) => {
     for (let i = 0; i < 20; i++) {

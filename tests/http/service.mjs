@@ -102,6 +102,11 @@ export class Service {
   residentBytes(pid = this.process.pid) {
     return 1024 * Number(readFileSync(`/proc/${pid}/status`, 'utf8').match(/VmRSS:\s+(\d+)/)[1]);
   }
+
+  // The most that the process ever had, by the kernel's own mark.
+  peakBytes(pid = this.process.pid) {
+    return 1024 * Number(readFileSync(`/proc/${pid}/status`, 'utf8').match(/VmHWM:\s+(\d+)/)[1]);
+  }
 }
 
 export function childrenOf(pid) {
