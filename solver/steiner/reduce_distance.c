@@ -22,7 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NEAR = 3, LOCAL_ARCS_MAX = 400 };
+enum { NEAR = 3, LOCAL_ARCS_MAX = 400, LOCAL_ARCS_MIN = 50, ROUND_ARCS = 60000000 };
 enum { SMALL_EDGES = 5000, SPARSE_PERCENT = 25, SAMPLE = 256, PAYING_PERCENT = 2 };
 
 #define FAR UINT64_MAX
@@ -50,10 +50,17 @@ struct judge {
 	uint64_t *link;   /* [terminal_count] weight at which the terminal's tree was hung under the parent */
 	uint32_t *size;   /* [terminal_count] */
 	/* A bounded Dijkstra around one vertex. */
+	uint32_t arcs_max; /* about so many are looked at: fewer in large graphs */
 	uint32_t round;
 	uint32_t *seen;     /* [vertex_count] */
 	uint64_t *distance; /* [vertex_count] valid where seen[v] == round */
 };
+
+static uint32_t local_arcs_max(const struct instance *instance)
+{
+	const uint32_t share = ROUND_ARCS / (instance->edge_count + 1);
+	return share > LOCAL_ARCS_MAX ? LOCAL_ARCS_MAX : share < LOCAL_ARCS_MIN ? LOCAL_ARCS_MIN : share;
+}
 
 static enum tw_status judge_init(struct judge *judge, struct search *search)
 {
@@ -68,6 +75,7 @@ static enum tw_status judge_init(struct judge *judge, struct search *search)
 		.parent = ARENA_ARRAY(arena, k, uint32_t),
 		.link = ARENA_ARRAY(arena, k, uint64_t),
 		.size = ARENA_ARRAY(arena, k, uint32_t),
+		.arcs_max = local_arcs_max(instance),
 		.seen = ARENA_ZEROED(arena, n, uint32_t),
 		.distance = ARENA_ARRAY(arena, n, uint64_t),
 	};
@@ -207,8 +215,9 @@ static uint64_t distance_by_terminals(const struct judge *judge, uint32_t u, uin
 }
 
 /* Distances from u up to `radius` (exclusive), a few vertices at most; the labels of seen vertices are lengths of walks
- * even where the search ended before. */
-static void measure_around(struct judge *judge, uint32_t u, uint64_t radius)
+ * even where the search ended before. Of a hub's row only the head is looked at, else each of its neighbours would look
+ * at all the others; the row of u itself may count `own_row_max`. */
+static void measure_around(struct judge *judge, uint32_t u, uint64_t radius, uint32_t own_row_max)
 {
 	const struct instance *instance = judge->instance;
 	struct heap *heap = &judge->heap;
@@ -218,13 +227,16 @@ static void measure_around(struct judge *judge, uint32_t u, uint64_t radius)
 	judge->seen[u] = judge->round;
 	judge->distance[u] = 0;
 	heap_push(heap, 0, u, 0);
-	while (heap->count && arcs < LOCAL_ARCS_MAX) {
+	while (heap->count && arcs < judge->arcs_max) {
 		const struct heap_entry top = heap_pop(heap);
 		if (top.key != judge->distance[top.item])
 			continue;
-		const uint32_t end = instance->first[top.item + 1];
-		arcs += end - instance->first[top.item];
-		for (uint32_t a = instance->first[top.item]; a < end; a++) {
+		const uint32_t first = instance->first[top.item];
+		const uint32_t whole = instance->first[top.item + 1] - first;
+		const uint32_t row_max = top.item == u ? own_row_max : judge->arcs_max;
+		const uint32_t end = first + (whole < row_max ? whole : row_max);
+		arcs += end - first;
+		for (uint32_t a = first; a < end; a++) {
 			const uint32_t v = instance->head[a];
 			const uint64_t distance = top.key + instance->weight[instance->edge[a]];
 			if (distance >= radius || (judge->seen[v] == judge->round && judge->distance[v] <= distance))
@@ -253,7 +265,7 @@ static void judge_edges_at(struct judge *judge, uint32_t u, int with_terminals, 
 	}
 	if (!heaviest)
 		return;
-	measure_around(judge, u, heaviest);
+	measure_around(judge, u, heaviest, UINT32_MAX);
 	for (uint32_t a = instance->first[u]; a < instance->first[u + 1]; a++) {
 		const uint32_t e = instance->edge[a], v = instance->head[a];
 		if (v < u || verdict->is_useless[e] || judge->seen[v] != judge->round)
@@ -281,7 +293,7 @@ static void judge_vertex(struct judge *judge, uint32_t v, struct reduce_verdict 
 	for (uint32_t i = 0; i < 3; i++) {
 		const uint32_t a = head[i], b = head[(i + 1) % 3];
 		between[i] = distance_by_terminals(judge, a, b, 0);
-		measure_around(judge, a, least(weight, between[i]));
+		measure_around(judge, a, least(weight, between[i]), judge->arcs_max);
 		if (judge->seen[b] == judge->round)
 			between[i] = least(between[i], judge->distance[b]);
 		if (between[i] >= weight)
