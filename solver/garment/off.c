@@ -154,6 +154,11 @@ static enum tw_status read_faces(struct off *off)
 			return status;
 		soup->polygon_start[f + 1] = soup->corner_count;
 	}
+	struct text line;
+	if (next_line(off, &line))
+		return fail_at_line(off->error, "mesh-trailing-bytes", off->line,
+				    "there is something behind the last of %u faces; the header and the file disagree",
+				    soup->polygon_count);
 	return TW_OK;
 }
 

@@ -8,7 +8,8 @@ static const char *const mirrored[] = {"refuse", "turn", NULL};
 static const char *const refinements[] = {"none", "midpoint", "centroid", NULL};
 
 static const struct option rows[] = {
-	{ROW(unit), .kind = OPTION_CHOICE, .choices = units, .help = "length unit of the worn mesh, and of its motions where they say nothing else"},
+	{ROW(unit), .kind = OPTION_CHOICE, .choices = units,
+	 .help = "length unit of the worn mesh, and of its motions where they say nothing else"},
 	{ROW(pattern_unit), .kind = OPTION_CHOICE, .choices = pattern_units,
 	 .help = "length unit of the flat pattern; sheet: 0 to 1 across a sheet of the given size"},
 	{ROW(sheet_width_mm), .kind = OPTION_NUMBER, .unit = "mm", .fallback = 1000, .minimum = 1, .maximum = 1e6,

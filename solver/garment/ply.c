@@ -340,6 +340,11 @@ static enum tw_status read_faces(struct ply *ply, uint64_t capacity)
 		}
 		ply->soup->polygon_start[f + 1] = ply->soup->corner_count;
 	}
+	struct text word;
+	if (!ply->has_other && text_next_word(&ply->text, &word))
+		return tw_fail(ply->error, TW_ERROR_INPUT, "mesh-trailing-bytes", NULL,
+			       "there is something behind the last of %llu faces; the header and the file disagree",
+			       (unsigned long long)ply->face.count);
 	return TW_OK;
 }
 

@@ -1,7 +1,7 @@
 /* A sequence of OBJ files in a tar. One file is in memory at a time; its faces are compared with those of the first, so
  * that a tool which reorders vertices on export is noticed.
  *
- * tar: 512-byte headers, each followed by its data padded to 512 (POSIX.1-2017, pax). Long names come in an entry
+ * tar: 512-byte headers, each followed by its data padded to 512, and an empty one at the end (POSIX.1-2017, pax). Long names come in an entry
  * before their file: type L (GNU) or a path record of type x (pax). */
 #include "solver/garment/soup.h"
 #include "solver/motion/reader.h"
@@ -140,11 +140,11 @@ static enum tw_status read_entry(struct motion_reader *reader, bool *found, bool
 	if (status != TW_OK)
 		return status;
 	static const unsigned char zeros[BLOCK];
-	*end = got == 0 || memcmp(header, zeros, got) == 0;
+	if (got < BLOCK)
+		return bad_tar(reader, "the tar ends without the empty block that closes it; send it whole", error);
+	*end = memcmp(header, zeros, BLOCK) == 0;
 	if (*end)
 		return TW_OK;
-	if (got < BLOCK)
-		return bad_tar(reader, "the tar ends within a header; send it whole", error);
 	if (!checksum_fits(header))
 		return bad_tar(reader, "a header of the tar has a wrong checksum; it is damaged or no tar", error);
 	if (!octal(header + 124, 12, &bytes))

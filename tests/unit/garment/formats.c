@@ -253,6 +253,12 @@ static void bad_files_are_refused_with_their_place(void **state)
 		{MESH_OFF, "OFF\n4000000 1 0\n0 0 0\n", "mesh-truncated", ""},
 		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0.0000 1.0000 0.0000\n", "mesh-truncated", "line 5"},
 		{MESH_OFF, "OFF\n4000001 1 0\n0 0 0\n", "mesh-too-large", ""},
+		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n\n3 0 2 1\n", "mesh-trailing-bytes", "line 8"},
+		{MESH_PLY,
+		 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+		 "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+		 "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 2 1\n",
+		 "mesh-trailing-bytes", ""},
 		{MESH_OFF, "OFF BINARY\n", "mesh-bad-header", "line 1"},
 		{MESH_OFF, "OFF\n3 1 0 0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "mesh-bad-header", "line 2"},
 		{MESH_OFF, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0 1.0000000\n", "mesh-bad-line", "line 5"},
