@@ -390,6 +390,14 @@ enum api_state api_exchange_headers(struct api_exchange *exchange, const struct 
 	return answer(exchange);
 }
 
+enum api_state api_exchange_refuse(struct api_exchange *exchange, const struct api_request *request,
+				   const struct tw_error *error)
+{
+	exchange->call.request = *request;
+	choose_request_id(exchange);
+	return answer_problem(exchange, error);
+}
+
 /* --- its body and its handler ----------------------------------------------------------------------------------- */
 
 static enum tw_status keep_json(struct api_exchange *exchange, const void *bytes, size_t size, struct tw_error *error)

@@ -54,6 +54,9 @@ enum api_state { API_READING, API_ANSWERED, API_HELD };
 
 /* What *request points to, its header function included, must stay valid until the exchange is freed. */
 enum api_state api_exchange_headers(struct api_exchange *exchange, const struct api_request *request);
+/* In place of it, for a head that the server itself refuses: answers with the error. */
+enum api_state api_exchange_refuse(struct api_exchange *exchange, const struct api_request *request,
+				   const struct tw_error *error);
 enum api_state api_exchange_body(struct api_exchange *exchange, const void *bytes, size_t size);
 enum api_state api_exchange_end(struct api_exchange *exchange);
 

@@ -1,5 +1,7 @@
 #include "api/json.h"
 
+#include "solver/option.h"
+
 #include <string.h>
 #include <time.h>
 
@@ -59,6 +61,13 @@ json_t *json_embed(const char *text)
 	return value ? value : json_null();
 }
 
+bool json_is_text(const char *text)
+{
+	json_t *string = json_string(text);
+	json_decref(string);
+	return string;
+}
+
 json_t *json_time(int64_t time_ms)
 {
 	if (!time_ms)
@@ -96,7 +105,7 @@ enum tw_status json_check_members(const json_t *object, const char *pointer, con
 		while (*k && strcmp(*k, name) != 0)
 			k++;
 		char where[128];
-		snprintf(where, sizeof where, "%s/%s", pointer, name);
+		option_pointer(where, sizeof where, pointer, name);
 		if (!*k)
 			return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
 				       "there is no field of this name here; leave it out");

@@ -15,6 +15,9 @@ enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object
 /* A stored JSON text as a value; null when it is NULL, empty or (which would be our bug) does not parse. */
 json_t *json_embed(const char *text) TW_NODISCARD;
 
+/* Whether bytes are UTF-8, which is what JSON can say. */
+bool json_is_text(const char *text);
+
 /* Milliseconds since 1970 as "2026-03-01T12:00:00.123Z"; null for 0. */
 json_t *json_time(int64_t time_ms) TW_NODISCARD;
 

@@ -1,5 +1,7 @@
 #include "api/query.h"
 
+#include "api/json.h"
+
 #include <ctype.h>
 #include <errno.h>
 #include <stdbool.h>
@@ -51,6 +53,8 @@ static enum tw_status add_pair(struct query *query, char *text, struct tw_error 
 	if (!decode(text) || (equals && !decode(equals + 1)))
 		return fail_query(error, NULL,
 				  "a percent escape in the query is broken; write %XX with two hexadecimal digits");
+	if (!json_is_text(text) || !json_is_text(value))
+		return fail_query(error, NULL, "the query is not UTF-8 text");
 	if (query_get(query, text))
 		return fail_query(error, text, "this query parameter is given twice; give it once");
 	if (query->pair_count == QUERY_PAIRS_MAX)

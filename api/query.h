@@ -19,8 +19,8 @@ struct query {
 	struct query_pair pairs[QUERY_PAIRS_MAX];
 };
 
-/* Cuts "/path?a=1&b=x%20y" (no fragment). TW_ERROR_INPUT: a broken percent escape, a zero byte, a name twice, too many
- * pairs; TW_ERROR_LIMIT: too long. The pairs point into *query, which therefore must not be copied. */
+/* Cuts "/path?a=1&b=x%20y" (no fragment). TW_ERROR_INPUT: a broken percent escape, a zero byte, no UTF-8, a name twice,
+ * too many pairs; TW_ERROR_LIMIT: too long. The pairs point into *query, which therefore must not be copied. */
 enum tw_status query_parse(struct query *query, const char *target, struct tw_error *error) TW_NODISCARD;
 
 /* The value of a parameter; NULL where it is not given. */

@@ -1,6 +1,7 @@
 #include "api/upload.h"
 
 #include "api/header.h"
+#include "api/json.h"
 
 #include <string.h>
 
@@ -18,6 +19,16 @@ static enum tw_status begin_upload(struct body_upload *body, const char *part, c
 	return TW_OK;
 }
 
+/* What is not UTF-8 (the name of an old system's file, say) is replaced: names stand in JSON. */
+static const char *make_text(char *name)
+{
+	bool is_text = json_is_text(name);
+	for (char *p = name; *p && !is_text; p++)
+		if ((unsigned char)*p > 126)
+			*p = '?';
+	return name;
+}
+
 static enum tw_status begin_part(void *context, const struct multipart_part *part, struct tw_error *error)
 {
 	struct body_upload *body = context;
@@ -33,7 +44,9 @@ static enum tw_status begin_part(void *context, const struct multipart_part *par
 				       "this part comes twice; send it once");
 	if (body->count == BODY_UPLOADS_MAX)
 		return tw_fail(error, TW_ERROR_INPUT, "unknown-part", part->name, "the form has too many parts");
-	return begin_upload(body, part->name, part->file_name, part->media_type, error);
+	char file_name[sizeof part->file_name];
+	memcpy(file_name, part->file_name, sizeof file_name);
+	return begin_upload(body, part->name, make_text(file_name), part->media_type, error);
 }
 
 static enum tw_status write_part(void *context, const void *bytes, size_t size, struct tw_error *error)

@@ -25,6 +25,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -35,6 +36,7 @@
 #define SWALLOW_BYTES (1ull << 30)     /* of a body that has become pointless */
 #define TICK_HELD_MS 50                /* for jobs that end in a worker which is not ours */
 #define TICK_PEERS_MS 500
+#define STATUS_CLIENT_GONE 499 /* in log and metrics, where a client has left before it got an answer */
 
 enum phase { PHASE_HEAD, PHASE_BODY, PHASE_HELD, PHASE_SENDING };
 
@@ -301,6 +303,42 @@ static bool should_answer_early(const struct http_request *request)
 			  length > EARLY_ANSWER_BYTES);
 }
 
+/* How many times a header that says where the body ends stands in the head. */
+struct framing {
+	unsigned lengths, encodings;
+};
+
+static enum MHD_Result count_framing(void *context, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+	struct framing *framing = context;
+	(void)kind;
+	(void)value;
+	framing->lengths += !strcasecmp(name, "Content-Length");
+	framing->encodings += !strcasecmp(name, "Transfer-Encoding");
+	return MHD_YES;
+}
+
+/* A head that says in two ways, or in one that we do not understand, where its body ends (RFC 9112, 6.3). The library
+ * takes the first; another server on the way may take the other, and then what one reads as a body is a request to the
+ * other. */
+static bool is_ambiguous(const struct http_request *request)
+{
+	struct framing framing = {0};
+	const char *encoding = find_header(request->connection, "Transfer-Encoding");
+	MHD_get_connection_values(request->connection, MHD_HEADER_KIND, count_framing, &framing);
+	return framing.lengths + framing.encodings > 1 || (encoding && strcasecmp(encoding, "chunked") != 0);
+}
+
+static enum MHD_Result refuse_ambiguous(struct http_request *request, const struct api_request *head)
+{
+	struct tw_error error = {0};
+	(void)tw_fail(&error, TW_ERROR_INPUT, "malformed-header", "Content-Length",
+		      "say once where the body ends: one Content-Length, or Transfer-Encoding: chunked");
+	api_exchange_refuse(request->exchange, head, &error);
+	set_peer(request->connection, 0, false);
+	return send_response(request);
+}
+
 static enum MHD_Result take_head(struct http_request *request, struct MHD_Connection *connection, const char *method)
 {
 	request->connection = connection;
@@ -308,6 +346,8 @@ static enum MHD_Result take_head(struct http_request *request, struct MHD_Connec
 	snprintf(request->method, sizeof request->method, "%s", method);
 	set_peer(connection, 0, true);
 	struct api_request head = {request->method, find_header, connection};
+	if (is_ambiguous(request))
+		return refuse_ambiguous(request, &head);
 	if (api_exchange_headers(request->exchange, &head) != API_ANSWERED || !should_answer_early(request))
 		return MHD_YES;
 	set_peer(connection, 0, false);
@@ -379,6 +419,8 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 	double seconds = (double)(now_us() - request->started_us) / 1e6;
 	if (request->connection) {
 		set_peer(connection, now_us() / 1000, false);
+		if (!request->status)
+			request->status = STATUS_CLIENT_GONE;
 		metrics_count_request(server->settings.metrics, api_exchange_route(request->exchange), request->status,
 				      seconds);
 		log_request(request, seconds, code);

@@ -202,6 +202,20 @@ static enum tw_status parse_json(const struct option *option, void *values, cons
 	return fail_value(option, where, error);
 }
 
+void option_pointer(char *where, size_t size, const char *pointer, const char *member)
+{
+	size_t used = (size_t)snprintf(where, size, "%s/", pointer);
+	for (; *member && used + 3 <= size; member++) {
+		if (*member == '~' || *member == '/') {
+			where[used++] = '~';
+			where[used++] = *member == '~' ? '0' : '1';
+		} else {
+			where[used++] = *member;
+		}
+		where[used] = 0;
+	}
+}
+
 enum tw_status option_from_json(const struct option_table *table, void *values, const json_t *object,
 				const char *pointer, const char *const *others, struct tw_error *error)
 {
@@ -212,7 +226,7 @@ enum tw_status option_from_json(const struct option_table *table, void *values, 
 	json_object_foreach((json_t *)(uintptr_t)object, key, value)
 	{
 		char where[128];
-		snprintf(where, sizeof where, "%s/%.64s", pointer, key);
+		option_pointer(where, sizeof where, pointer, key);
 		const struct option *option = strchr(key, '-') ? NULL : find(table, key, strlen(key));
 		if (!option && among(others, key))
 			continue;

@@ -46,6 +46,10 @@ enum tw_status option_from_text(const struct option_table *table, void *values, 
 enum tw_status option_from_arguments(const struct option_table *table, void *values, int argc, char *const *argv,
 				     int *index, bool *taken, struct tw_error *error) TW_NODISCARD;
 
+/* Writes the JSON Pointer (RFC 6901) of a member of what `pointer` points to; its ~ and / are escaped, and what does
+ * not fit is cut. */
+void option_pointer(char *where, size_t size, const char *pointer, const char *member);
+
 /* Sets the options that stand in a JSON object. A member that is neither in the table nor among `others`
  * (NULL-terminated, may be NULL) is an error. error->where is the JSON Pointer `pointer`/name. */
 enum tw_status option_from_json(const struct option_table *table, void *values, const json_t *object,

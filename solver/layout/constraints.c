@@ -1,6 +1,7 @@
 #include "solver/layout/constraints.h"
 
 #include "solver/layout/json.h"
+#include "solver/option.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -101,7 +102,7 @@ static enum tw_status read_region(struct face_region *region, const json_t *obje
 	json_object_foreach((json_t *)(uintptr_t)object, key, value)
 	{
 		char place[POINTER_SIZE];
-		snprintf(place, sizeof place, "%.60s/%.40s", where, key);
+		option_pointer(place, sizeof place, where, key);
 		enum tw_status status = read_member(region, key, value, has_factor, place, error);
 		if (status)
 			return status;
@@ -182,7 +183,7 @@ enum tw_status layout_constraints_parse(struct layout_constraints *constraints, 
 	json_object_foreach((json_t *)(uintptr_t)object, key, value)
 	{
 		char place[POINTER_SIZE];
-		snprintf(place, sizeof place, "%.60s/%.40s", where, key);
+		option_pointer(place, sizeof place, where, key);
 		enum tw_status status = read_constraint(constraints, key, value, place, error);
 		if (status)
 			return status;

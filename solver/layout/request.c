@@ -150,7 +150,7 @@ static enum tw_status read_terminal(struct layout_terminal *terminal, const json
 	json_object_foreach((json_t *)(uintptr_t)object, key, value)
 	{
 		char place[POINTER_SIZE];
-		snprintf(place, sizeof place, "%s/%.60s", where, key);
+		option_pointer(place, sizeof place, where, key);
 		enum tw_status status = read_field(terminal, key, value, place, error);
 		if (status)
 			return status;
@@ -233,7 +233,7 @@ static enum tw_status read_root(struct layout_request *request, const json_t *ro
 		    !strcmp(key, "constraints"))
 			continue;
 		char where[POINTER_SIZE];
-		snprintf(where, sizeof where, "/%.60s", key);
+		option_pointer(where, sizeof where, "", key);
 		return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
 			       "\"%.60s\" is not a field of a layout request", key);
 	}

@@ -182,6 +182,39 @@ test('a body that claims 5 GB is refused before it is sent', async () => {
   assert.match(back, /^HTTP\/1.1 (400|413) /);
 });
 
+test('a head that says twice where its body ends is refused, and its connection closed', async () => {
+  for (const framing of [
+    'Content-Length: 5\r\nContent-Length: 7',
+    'Content-Length: 5\r\nContent-Length: 5',
+    'Transfer-Encoding: chunked\r\nContent-Length: 5',
+    'Content-Length: 5\r\nTransfer-Encoding: chunked',
+    'Transfer-Encoding: gzip, chunked',
+    'Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked',
+  ]) {
+    const back = await raw(`POST /v1/layouts HTTP/1.1\r\nHost: x\r\n${framing}\r\n\r\nGET /livez HTTP/1.1\r\nHost: x\r\n\r\n`);
+    assert.match(back, /^HTTP\/1.1 400 [^]*Connection: close[^]*"type":"urn:tightwire:problem:malformed-header"/, framing);
+    assert.equal(back.match(/HTTP\/1.1 /g).length, 1, framing);
+  }
+});
+
+test('names are text: a query that is not UTF-8 is refused, a file name that is not is replaced', async () => {
+  await refuses(service.post('/v1/meshes?name=%FF%FE', someMesh, { 'content-type': 'model/obj' }), 400, 'malformed-query');
+  const form = Buffer.concat([
+    Buffer.from('--b\r\nContent-Disposition: form-data; name="worn"; filename="M'),
+    Buffer.from([0xe4]),
+    Buffer.from(`ntel.obj"\r\n\r\n${someMesh}\r\n--b--\r\n`),
+  ]);
+  const made = await service.post('/v1/meshes', form, { 'content-type': 'multipart/form-data; boundary=b' });
+  assert.equal(made.status, 202, made.text);
+  assert.equal(made.json.name, 'M?ntel.obj');
+});
+
+test('a pointer escapes what a member is called', async () => {
+  const body = { field: 'f', terminals: [{ vertex: 1 }], 'a/b~c': 1 };
+  await refuses(service.post('/v1/layouts', body), 422, 'json-unknown-field', '/a~1b~0c');
+  await refuses(service.post('/v1/fields', { mesh: 'm', motions: [], options: { 'x/y': 1 } }), 422, 'json-unknown-field', '/options/x~1y');
+});
+
 test('a client that asks before it sends gets the answer at once', async () => {
   const expect = 'Host: x\r\nExpect: 100-continue\r\n';
   assert.match(await raw(`POST /v1/meshes HTTP/1.1\r\n${expect}Content-Length: 5368709120\r\n\r\n`), /^HTTP\/1.1 413 /);

@@ -112,6 +112,18 @@ static void an_echo_parses_back_to_the_same_values(void **state)
 	free(text);
 }
 
+static void a_pointer_escapes_and_is_cut(void **state)
+{
+	(void)state;
+	char where[16];
+	option_pointer(where, sizeof where, "/options", "a/b~c");
+	assert_string_equal(where, "/options/a~1b~0");
+	option_pointer(where, sizeof where, "", "a/b~c");
+	assert_string_equal(where, "/a~1b~0c");
+	option_pointer(where, 4, "/options", "x");
+	assert_string_equal(where, "/op");
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -119,6 +131,7 @@ int main(void)
 		cmocka_unit_test(arguments_are_taken_in_both_forms),
 		cmocka_unit_test(wrong_text_is_refused_with_the_flag),
 		cmocka_unit_test(json_sets_what_it_names_and_refuses_the_rest),
+		cmocka_unit_test(a_pointer_escapes_and_is_cut),
 		cmocka_unit_test(an_echo_parses_back_to_the_same_values),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
