@@ -251,10 +251,23 @@ static enum tw_status finish(struct store *store, const struct job_ticket *ticke
 	return status == TW_OK ? row_end_job(store, ticket->number, JOB_SUCCEEDED, NULL, error) : status;
 }
 
+/* Too large a number is found where the array is written. */
+static uint64_t size_of_result(const struct job_result *result)
+{
+	uint64_t size = 0;
+	for (size_t i = 0; i < result->array_count; i++)
+		size += result->arrays[i].rows * result->arrays[i].columns * tw_type_size(result->arrays[i].type);
+	for (size_t i = 0; i < result->artifact_count; i++)
+		size += result->artifacts[i].size;
+	return size;
+}
+
 enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, const struct job_result *result,
 			  struct tw_error *error)
 {
-	enum tw_status status = transaction_begin(store, true, error);
+	enum tw_status status = sql_check_room(store, size_of_result(result), error);
+	if (status == TW_OK)
+		status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
 	status = finish(store, ticket, result, error);

@@ -341,7 +341,9 @@ enum tw_status resource_create(struct store *store, const struct resource_draft 
 			       enum resource_outcome *outcome, struct tw_error *error)
 {
 	char id[STORE_ID_SIZE];
-	enum tw_status status = transaction_begin(store, true, error);
+	enum tw_status status = sql_check_room(store, draft->options ? strlen(draft->options) : 0, error);
+	if (status == TW_OK)
+		status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
 	status = create(store, draft, id, outcome, error);

@@ -108,7 +108,9 @@ static enum tw_status append(struct store *store, const struct job_ticket *ticke
 enum tw_status recording_append(struct store *store, const struct job_ticket *ticket, const struct rig_sample *samples,
 				size_t count, double progress, bool *cancel, struct tw_error *error)
 {
-	enum tw_status status = transaction_begin(store, true, error);
+	enum tw_status status = sql_check_room(store, count * SAMPLE_BYTES, error);
+	if (status == TW_OK)
+		status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
 	status = append(store, ticket, samples, count, progress, cancel, error);

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 
 /* A file size limit and a quota mean the same to a client as a full disk, but only ENOSPC is SQLITE_FULL. (errno
  * itself, because sqlite3_system_errno does not know of the errors of a COMMIT.) */
@@ -13,14 +14,19 @@ static bool is_full(int code, int cause)
 	return code == SQLITE_FULL || (code == SQLITE_IOERR && (cause == EFBIG || cause == EDQUOT || cause == ENOSPC));
 }
 
+static enum tw_status fail_full(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_FULL, "store-full", NULL,
+		       "the store is full; free space on its disk or delete resources, then try again");
+}
+
 enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error)
 {
 	int cause = errno;
 	int primary = code & 0xff;
 	const char *message = db ? sqlite3_errmsg(db) : sqlite3_errstr(code);
 	if (is_full(primary, cause))
-		return tw_fail(error, TW_ERROR_FULL, "store-full", NULL,
-			       "the store is full; free space on its disk or delete resources, then try again");
+		return fail_full(error);
 	switch (primary) {
 	case SQLITE_NOMEM:
 		return tw_fail_memory(error);
@@ -173,6 +179,35 @@ enum tw_status sql_run(struct sql *q, int64_t *changed, struct tw_error *error)
 	if (changed)
 		*changed = q->code == SQLITE_OK ? sqlite3_changes64(q->store->db) : 0;
 	return sql_end(q, error);
+}
+
+static enum tw_status read_number(struct store *store, const char *text, uint64_t *number, struct tw_error *error)
+{
+	struct sql q = sql_query(store, text);
+	*number = sql_step(&q) ? (uint64_t)sql_int(&q) : 0;
+	return sql_end(&q, error);
+}
+
+/* Everything is written twice, into the log and from there into the database, which has free pages of its own; and a
+ * log that cannot be emptied into a full database can take no more, not even what would make room. So a quarter of the
+ * reserve is for the log alone. */
+enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_error *error)
+{
+	struct statvfs disk;
+	uint64_t pages, page_bytes;
+	const char *path = sqlite3_db_filename(store->db, "main");
+	if (!path || !*path || statvfs(path, &disk))
+		return TW_OK;
+	enum tw_status status = read_number(store, "PRAGMA freelist_count", &pages, error);
+	if (status == TW_OK)
+		status = read_number(store, "PRAGMA page_size", &page_bytes, error);
+	if (status != TW_OK)
+		return status;
+	uint64_t on_disk = (uint64_t)disk.f_bavail * disk.f_frsize, in_all = on_disk + pages * page_bytes;
+	uint64_t for_log = store->reserve_bytes / 4;
+	bool log_fits = on_disk >= for_log && on_disk - for_log >= bytes;
+	bool both_fit = in_all >= store->reserve_bytes && (in_all - store->reserve_bytes) / 2 >= bytes;
+	return log_fits && both_fit ? TW_OK : fail_full(error);
 }
 
 static enum tw_status execute(struct store *store, const char *text, struct tw_error *error)

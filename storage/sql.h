@@ -20,7 +20,8 @@ struct store {
 	sqlite3 *db;
 	int64_t (*now_ms)(void *context);
 	void *clock_context;
-	bool durable; /* what PRAGMA synchronous stands at */
+	bool durable;           /* what PRAGMA synchronous stands at */
+	uint64_t reserve_bytes; /* left free on the disk */
 	/* Prepared statements by the address of their text, which is a literal. */
 	struct {
 		const char *text;
@@ -68,6 +69,10 @@ enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error);
 
 /* `durable`: on the disk when transaction_end returns. */
 enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error) TW_NODISCARD;
+
+/* Fails with "store-full" where `bytes` more would take of the reserve. For what adds to the store: what removes from
+ * it, or ends a job, must go on then, and lives on the reserve. */
+enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_error *error) TW_NODISCARD;
 
 /* For reads that belong together. */
 enum tw_status snapshot_begin(struct store *store, struct tw_error *error) TW_NODISCARD;

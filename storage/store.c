@@ -18,6 +18,7 @@
 
 enum {
 	PAGE_BYTES = 8192,
+	RESERVE_BYTES = 32 << 20,
 	BUSY_TIMEOUT_MS = 10000,
 	SHRINK_PAGES = 4096, /* freed to the file system at once: 32 MiB, a short write lock */
 };
@@ -26,17 +27,33 @@ enum {
 struct target {
 	char path[4096];
 	uint64_t limit_bytes; /* 0: none */
+	uint64_t reserve_bytes;
 };
 
-static bool parse_limit(const char *query, uint64_t *limit)
+/* "KEY=N" at *query, which then stands behind it and a "&" that follows. */
+static bool parse_number(const char **query, const char *key, uint64_t *number)
 {
-	static const char key[] = "limit_bytes=";
+	size_t length = strlen(key);
+	const char *text = *query + length + 1;
 	char *end = NULL;
-	if (strncmp(query, key, sizeof key - 1) != 0 || query[sizeof key - 1] < '0' || query[sizeof key - 1] > '9')
+	if (strncmp(*query, key, length) != 0 || (*query)[length] != '=' || *text < '0' || *text > '9')
 		return false;
 	errno = 0;
-	*limit = strtoull(query + sizeof key - 1, &end, 10);
-	return errno == 0 && *end == '\0' && *limit >= PAGE_BYTES;
+	*number = strtoull(text, &end, 10);
+	if (errno || (*end && (*end != '&' || !end[1])))
+		return false;
+	*query = *end ? end + 1 : end;
+	return true;
+}
+
+static bool parse_query(const char *query, struct target *target)
+{
+	bool understood = *query;
+	while (understood && *query)
+		understood = (parse_number(&query, "limit_bytes", &target->limit_bytes) &&
+			      target->limit_bytes >= PAGE_BYTES) ||
+			     parse_number(&query, "reserve_bytes", &target->reserve_bytes);
+	return understood;
 }
 
 static enum tw_status parse_url(const char *url, struct target *target, struct tw_error *error)
@@ -47,10 +64,11 @@ static enum tw_status parse_url(const char *url, struct target *target, struct t
 	bool known = !strncmp(url, scheme, sizeof scheme - 1);
 	size_t size = known ? (query ? (size_t)(query - path) : strlen(path)) : 0;
 	target->limit_bytes = 0;
-	if (!known || size == 0 || size >= sizeof target->path ||
-	    (query && !parse_limit(query + 1, &target->limit_bytes)))
+	target->reserve_bytes = RESERVE_BYTES;
+	if (!known || size == 0 || size >= sizeof target->path || (query && !parse_query(query + 1, target)))
 		return tw_fail(error, TW_ERROR_INPUT, "store-url", NULL,
-			       "the store \"%.200s\" is not understood; write sqlite:PATH or sqlite:PATH?limit_bytes=N",
+			       "the store \"%.200s\" is not understood; write sqlite:PATH, or "
+			       "sqlite:PATH?limit_bytes=N&reserve_bytes=N",
 			       url);
 	memcpy(target->path, path, size);
 	target->path[size] = '\0';
@@ -113,6 +131,7 @@ static enum tw_status open_database(struct store *store, const struct target *ta
 	if (code != SQLITE_OK)
 		return sql_fail(store->db, code, error);
 	store->durable = true;
+	store->reserve_bytes = target->reserve_bytes;
 	return schema_migrate(store->db, SCHEMA_VERSION, error);
 }
 

@@ -22,10 +22,11 @@ struct store;
  */
 #define STORE_ID_SIZE 40
 
-/* `url`: "sqlite:PATH", optionally followed by "?limit_bytes=N", the size at which the database counts as full. Creates
- * the database where there is none and migrates an older one. TW_ERROR_INPUT "store-url" for an URL that is not
- * understood, "store-foreign" for a database of another program; TW_ERROR_UNSUPPORTED "store-newer" for one that a
- * newer tightwire has written. */
+/* `url`: "sqlite:PATH", optionally followed by "?" and, joined by "&", "limit_bytes=N", the size at which the database
+ * counts as full, and "reserve_bytes=N", what is left free on the disk (32 MiB unless told otherwise): a disk that is
+ * full to the last byte could not even be told what to delete. Creates the database where there is none and migrates an
+ * older one. TW_ERROR_INPUT "store-url" for an URL that is not understood, "store-foreign" for a database of another
+ * program; TW_ERROR_UNSUPPORTED "store-newer" for one that a newer tightwire has written. */
 enum tw_status store_open(struct store **store, const char *url, struct tw_error *error) TW_NODISCARD;
 
 /* The same, but TW_ERROR_NOT_FOUND "no-such-store" where there is none. */

@@ -197,7 +197,9 @@ static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
 
 static enum tw_status flush(struct upload *upload, struct tw_error *error)
 {
-	enum tw_status status = transaction_begin(upload->store, false, error);
+	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
+	if (status == TW_OK)
+		status = transaction_begin(upload->store, false, error);
 	if (status == TW_OK) {
 		status = store_chunk(upload, error);
 		status = transaction_end(upload->store, status, error);
@@ -246,7 +248,9 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 		return refuse_broken(error);
 	if (upload_size(upload) == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "upload-empty", NULL, "no bytes came; send the file as the body");
-	enum tw_status status = transaction_begin(upload->store, true, error);
+	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
+	if (status == TW_OK)
+		status = transaction_begin(upload->store, true, error);
 	if (status == TW_OK) {
 		status = store_chunk(upload, error);
 		crypto_generichash_final(&upload->hash, hash, sizeof hash);

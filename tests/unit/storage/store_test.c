@@ -172,6 +172,44 @@ static void a_full_store_says_so_and_goes_on_when_there_is_room(void **state)
 	free(big);
 }
 
+/* What makes room, and what ends jobs, must not need the room that is not there. */
+static void the_reserve_is_for_what_makes_room(void **state)
+{
+	struct fixture *f = *state;
+	char url[256], upload[STORE_ID_SIZE], mesh[STORE_ID_SIZE], layout[STORE_ID_SIZE];
+	struct upload *refused_upload = NULL;
+	struct resource resource;
+	enum resource_outcome outcome;
+	struct resource_draft draft = {.kind = RESOURCE_LAYOUT};
+	struct job_result result = {.summary = "{}"};
+	struct tw_error failure = {TW_ERROR_FULL, "store-full", "", "full"};
+	fixture_upload(f, "worn", "a.obj", "forgotten", upload);
+	fixture_create(f, RESOURCE_MESH, "a mesh", NULL, NULL, mesh);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, layout);
+	struct store *usual = f->store;
+	snprintf(url, sizeof url, "%s?reserve_bytes=%llu", f->url, 1ull << 62);
+	ok(f, store_open(&f->store, url, &f->error));
+	struct job_ticket ticket = fixture_claim(f);
+
+	refused(f, resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_FULL, "store-full");
+	refused(f, job_finish(f->store, &ticket, &result, &f->error), TW_ERROR_FULL, "store-full");
+	ok(f, upload_begin(&refused_upload, f->store, "worn", "", "", 100, &f->error));
+	ok(f, upload_write(refused_upload, "x", 1, &f->error));
+	refused(f, upload_seal(refused_upload, &f->error), TW_ERROR_FULL, "store-full");
+	ok(f, upload_discard(f->store, upload_id(refused_upload), &f->error));
+	upload_free(refused_upload);
+
+	ok(f, job_fail(f->store, &ticket, &failure, true, &f->error));
+	ok(f, upload_discard(f->store, upload, &f->error));
+	ok(f, resource_delete(f->store, RESOURCE_LAYOUT, layout, false, &f->error));
+	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, false, &f->error));
+	fixture_sweep(f, 5000);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 0);
+	store_close(f->store);
+	f->store = usual;
+	fixture_is_sound(f);
+}
+
 /* As when the disk is full: the operating system refuses the write in the middle of it. */
 static void a_refused_write_loses_nothing_that_was_acknowledged(void **state)
 {
@@ -243,6 +281,7 @@ int main(void)
 		TEST(what_is_not_ours_is_left_alone),
 		TEST(many_processes_may_create_it_at_once),
 		TEST(a_full_store_says_so_and_goes_on_when_there_is_room),
+		TEST(the_reserve_is_for_what_makes_room),
 		TEST(a_refused_write_loses_nothing_that_was_acknowledged),
 		TEST(a_backup_is_a_whole_store),
 		TEST(a_broken_reference_is_refused),
