@@ -23,6 +23,7 @@ enum {
 };
 
 typedef float quad __attribute__((vector_size(16))); /* the one vector that every machine has */
+typedef double quad_double __attribute__((vector_size(32)));
 
 /* Faces order[first_face…] of the mean, and the vertices that they have, in the order in which they are met. */
 struct cluster {
@@ -173,8 +174,10 @@ static inline __attribute__((always_inline)) void add_four_faces(double *sum, fl
 	quad ab = __builtin_shufflevector(a, b, 0, 4, 1, 5) + __builtin_shufflevector(a, b, 2, 6, 3, 7);
 	quad cd = __builtin_shufflevector(c, d, 0, 4, 1, 5) + __builtin_shufflevector(c, d, 2, 6, 3, 7);
 	quad all = __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
-	for (int i = 0; i < 4; i++)
-		sum[i] += (double)all[i];
+	quad_double total;
+	memcpy(&total, sum, sizeof total);
+	total += __builtin_convertvector(all, quad_double);
+	memcpy(sum, &total, sizeof total);
 }
 
 /* All lanes of the face at place `i`. */

@@ -48,10 +48,13 @@ int main(void)
 	bench_line("strain.read_frame_from_memory", read_best * 1e3, "ms", 0);
 	bench_line("strain.frame_in_motion", frame_best * 1e3, "ms", 0.5);
 	bench_line("strain.frame_alone", once_best * 1e3, "ms", 0.5);
-	/* What a frame must read and write: its positions, and its share of what a block reads once: corners (6 bytes a
-	 * face), rest shapes (12), three sums (24, read and written), and the list of vertices (4 a vertex). */
+	/* What it does read and write: its positions, and its share of what a block of frames reads once: corners (6
+	 * bytes a face), rest shapes (12), three sums (24, read and written), and the list of vertices (4 a vertex). */
 	double touched = (double)bytes + (66.0 * garment.face_count + 4.0 * garment.vertex_count) / STRAIN_BLOCK;
 	bench_line("strain.frame_over_reading_positions", frame_best / read_best, "x", 0);
+	/* What a frame alone would have to read: positions, and the mesh's indices (12 bytes a face). */
+	double indexed = (double)bytes + 12.0 * garment.face_count;
+	bench_line("strain.frame_over_reading_indices_too", frame_best / read_best * (double)bytes / indexed, "x", 2.5);
 	bench_line("strain.frame_over_reading_same_bytes", frame_best / read_best * (double)bytes / touched, "x", 2.5);
 	bench_line("strain.throughput", (double)bytes / frame_best / 1e9, "GB/s", -1);
 	arena_free(arena);

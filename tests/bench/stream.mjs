@@ -25,7 +25,7 @@ function line(name, value, unit, goal) {
   const shown = goal === undefined ? '' : goal < 0 ? `>= ${-goal}` : `<= ${goal}`;
   missed += !ok;
   console.log(
-    `${name.padEnd(36)} ${String(Number(value.toPrecision(4))).padStart(12)} ${unit.padEnd(6)} ${shown.padEnd(10)} ` +
+    `${name.padEnd(36)} ${String(Number.isInteger(value) ? value : Number(value.toPrecision(4))).padStart(12)} ${unit.padEnd(6)} ${shown.padEnd(10)} ` +
       (goal === undefined ? '' : ok ? 'ok' : 'MISSED'),
   );
 }
