@@ -3,7 +3,12 @@
  * Deletion and label pruning need an upper bound, and the closer the better. A guess does as well as a tree: assume
  * that the optimum weighs less than bound + 0.15 %, delete and prune by that, and solve what is left. A tree below the
  * guess is then a minimum of everything; no tree proves that the optimum is not below the guess, which becomes the
- * bound, and the next guess is twice as far above. Failed guesses are cheap, because they are tight. */
+ * bound, and the next guess is twice as far above. Failed guesses are cheap, because they are tight.
+ *
+ * The weights of trees are whole units of the caller's, and so is every guess: one between two units would tell no
+ * more than the lower of them, and where weights are small numbers, 0.15 % is far less than a unit. Where the heaviest
+ * part of a tree is a matter of course, heavy edges that every terminal hangs by, 0.15 % may be more than all that is
+ * open: then the step is a part of the gap. */
 #include "solver/steiner/guess.h"
 
 #include "solver/steiner/dp.h"
@@ -42,16 +47,33 @@ static enum tw_status try_guess(struct search *search, const struct dual *dual, 
 	return status;
 }
 
+/* The next whole unit at or above. */
+static uint64_t round_up(const struct instance *instance, uint64_t fine)
+{
+	const uint64_t below = (UINT64_C(1) << instance->shift) - 1;
+	return ((fine + instance->base + below) & ~below) - instance->base;
+}
+
+static uint64_t first_step(uint64_t bound, uint64_t gap)
+{
+	const uint64_t step = bound / 1000 * 3 / 2 + 1;
+	return gap < step / 8 ? gap / 4 + 1 : step;
+}
+
 enum tw_status guess_solve(struct search *search, const struct dual *dual)
 {
-	uint64_t bound = dual_fine_bound(dual), step = bound / 1000 * 3 / 2 + 1, proven = search_proven(search);
+	uint64_t bound = dual_fine_bound(dual), proven = search_proven(search);
 	if (proven > bound)
 		bound = proven;
+	uint64_t step = bound < search_cutoff(search) ? first_step(bound, search_cutoff(search) - bound) : 0;
 	while (bound < search_cutoff(search)) {
 		uint64_t cutoff = search_cutoff(search), gap = cutoff - bound;
 		/* A guess close to the cutoff would have to be followed by the cutoff. */
-		uint64_t guess =
-			gap < step + step / 2 || !search_uses(search, STEINER_GUESSING) ? cutoff : bound + step;
+		uint64_t guess = gap < step + step / 2 || !search_uses(search, STEINER_GUESSING)
+					 ? cutoff
+					 : round_up(&search->instance, bound + step);
+		if (guess > cutoff)
+			guess = cutoff;
 		int found;
 		search_enter(search, "dynamic program");
 		enum tw_status status = try_guess(search, dual, guess, &found);
