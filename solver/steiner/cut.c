@@ -14,16 +14,20 @@
 #include "solver/steiner/cut.h"
 
 #include "solver/steiner/cut_ascent.h"
+#include "solver/steiner/cut_balance.h"
 #include "solver/steiner/cut_flow.h"
 #include "solver/steiner/cut_lp.h"
-#include "solver/steiner/primal_path.h"
+#include "solver/steiner/primal_repeat.h"
 #include "solver/steiner/primal_tree.h"
 
 #include <assert.h>
 #include <string.h>
 
 enum { ROWS_MAX = 200000, ROW_ARCS_MAX = 24000000, ARCS_MAX = 2000000 };
-enum { IDLE_ROUNDS = 6, FRACTION_BITS = 20, WEIGHT_BITS_MAX = 60, HEURISTIC_ROUNDS = 5, STALLED_ROUNDS = 12 };
+enum { IDLE_ROUNDS = 3, FRACTION_BITS = 20, WEIGHT_BITS_MAX = 60, HEURISTIC_ROUNDS = 5, TREE_SHARE = 20 };
+enum { STALLED_ROUNDS = 60, STALLED_ROUNDS_BELOW = 15 }; /* at the root of the search; below it */
+
+static const double inward = 0.2; /* how far from the centre to the solution a point is that is cut off */
 
 enum fate { FREE, IN, OUT };
 
@@ -47,8 +51,9 @@ struct cut_search {
 	uint64_t base;       /* the caller's units: instance.base */
 	int64_t *reduced;    /* [arc_count] of the ascent */
 	uint64_t *path_cost; /* [edge_count] for the heuristic */
-	uint32_t *edges;     /* [vertex_count + terminal_count] */
 	uint8_t *drop;       /* [pool capacity] */
+	double *centre;      /* [arc_count] the solutions of the node so far, the later the more */
+	double *between;     /* [arc_count] on the way from there to the last one */
 };
 
 static unsigned count_bits(uint64_t x)
@@ -106,7 +111,9 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 	cut->pool = (struct cut_pool){
 		.capacity = (uint32_t)rows,
 		.start = ARENA_ZEROED(arena, rows + 1, size_t),
+		.least = ARENA_ARRAY(arena, rows, uint8_t),
 		.target = ARENA_ARRAY(arena, rows, uint32_t),
+		.basic = ARENA_ARRAY(arena, rows, uint32_t),
 		.arc = ARENA_ARRAY(arena, row_arcs, uint32_t),
 		.arc_capacity = row_arcs,
 	};
@@ -115,10 +122,12 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 	cut->decision = ARENA_ARRAY(arena, n, struct decision);
 	cut->reduced = ARENA_ARRAY(arena, 2 * m, int64_t);
 	cut->path_cost = ARENA_ARRAY(arena, m, uint64_t);
-	cut->edges = ARENA_ARRAY(arena, n + instance->terminal_count, uint32_t);
 	cut->drop = ARENA_ARRAY(arena, rows, uint8_t);
-	if (!cut->pool.start || !cut->pool.target || !cut->pool.arc || !cut->fate || !cut->fixed || !cut->decision ||
-	    !cut->reduced || !cut->path_cost || !cut->edges || !cut->drop)
+	cut->centre = ARENA_ARRAY(arena, 2 * m, double);
+	cut->between = ARENA_ARRAY(arena, 2 * m, double);
+	if (!cut->pool.start || !cut->pool.least || !cut->pool.target || !cut->pool.basic || !cut->pool.arc ||
+	    !cut->fate || !cut->fixed || !cut->decision || !cut->reduced || !cut->path_cost || !cut->drop ||
+	    !cut->centre || !cut->between)
 		return TW_ERROR_MEMORY;
 	for (uint32_t t = 0; t < instance->terminal_count; t++)
 		cut->fate[instance->terminal[t]] = IN;
@@ -189,9 +198,7 @@ static enum tw_status find_tree(struct cut_search *cut)
 		used = used > 1 ? 1 : used < 0 ? 0 : used;
 		cut->path_cost[e] = (uint64_t)cut->problem.cost[2 * e] / 1024 * (1024 - (uint64_t)(used * 1023)) + 1;
 	}
-	uint32_t count = 0;
-	const enum tw_status status = primal_path_connect(search, cut->path_cost, NULL, cut->edges, &count);
-	return status == TW_OK ? search_offer(search, cut->edges, count) : status;
+	return primal_repeat(search, cut->path_cost, 0, TREE_SHARE * (uint64_t)instance->edge_count);
 }
 
 /* Drops rows that were slack for some rounds, and rows of targets that are not targets any more. */
@@ -204,6 +211,27 @@ static enum tw_status drop_rows(struct cut_search *cut, uint8_t idle_rounds)
 		count += cut->drop[i];
 	}
 	return count ? cut_lp_drop(&cut->lp, cut->drop) : TW_OK;
+}
+
+/* Cuts off the program's solution. A corner of the program's polyhedron is violated by very many cuts, most of which
+ * move it to the next corner and no further; so first a point between the corner and the middle of what came before is
+ * cut off, which takes cuts that are deep (W. Ben-Ameur & J. Neto, Acceleration of cutting-plane and column generation
+ * algorithms, Networks 49, 2007; M. Fischetti et al., Thinning out Steiner trees, Math. Program. Comput. 9, 2017). */
+static enum tw_status separate(struct cut_search *cut, uint32_t round, int *full)
+{
+	const double *x = cut->lp.x;
+	const uint32_t before = cut->pool.count;
+	for (uint32_t arc = 0; arc < cut->problem.arc_count; arc++) {
+		const double last = round ? cut->centre[arc] : 1;
+		cut->centre[arc] = cut->problem.allowed[arc] ? (last + x[arc]) / 2 : 0;
+		cut->between[arc] = cut->centre[arc] + inward * (x[arc] - cut->centre[arc]);
+	}
+	enum tw_status status = cut_separate_flow(&cut->problem, x, &cut->pool);
+	if (status == TW_OK)
+		status = cut_separate(&cut->problem, cut->between, &cut->pool, full);
+	if (status == TW_OK && cut->pool.count == before)
+		status = cut_separate(&cut->problem, x, &cut->pool, full);
+	return status;
 }
 
 /* One round of program, bound and cuts. *closed: nothing better is in this node. *settled: no further cuts. */
@@ -228,7 +256,7 @@ static enum tw_status run_round(struct cut_search *cut, uint32_t round, int *clo
 	const uint32_t before = cut->pool.count;
 	int full = 0;
 	if (status == TW_OK)
-		status = cut_separate(&cut->problem, cut->lp.x, &cut->pool, &full);
+		status = separate(cut, round, &full);
 	if (status == TW_OK && full && cut->pool.count == before) {
 		status = drop_rows(cut, 1);
 		*settled = 1;
@@ -255,12 +283,13 @@ static enum tw_status ascend_on_reduced(struct cut_search *cut, int *closed)
 	return TW_OK;
 }
 
-/* A first bound and, at the root of the search, the first cuts. */
+/* A first bound and, in the beginning, the first cuts. */
 static enum tw_status ascend_on_costs(struct cut_search *cut, int *closed)
 {
 	int64_t gain = 0;
 	memcpy(cut->reduced, cut->problem.cost, cut->problem.arc_count * sizeof *cut->reduced);
-	const enum tw_status status = cut_ascend(&cut->problem, cut->reduced, cut->depth ? NULL : &cut->pool, &gain);
+	const enum tw_status status =
+		cut_ascend(&cut->problem, cut->reduced, cut->pool.count ? NULL : &cut->pool, &gain);
 	if (status != TW_OK)
 		return status;
 	*closed = gain == INT64_MAX || is_closed_by(cut, gain);
@@ -284,7 +313,7 @@ static enum tw_status bound_node(struct cut_search *cut, int *closed)
 		const int64_t gap = useless_from(cut) - best;
 		stalled = cut->lp.bound > best + gap / 500 ? 0 : stalled + 1;
 		best = cut->lp.bound > best ? cut->lp.bound : best;
-		settled |= stalled >= STALLED_ROUNDS;
+		settled |= stalled >= (cut->depth ? STALLED_ROUNDS_BELOW : STALLED_ROUNDS);
 	}
 	if (status == TW_OK && !*closed && cut->lp.is_solved) {
 		status = find_tree(cut);
@@ -436,28 +465,34 @@ static enum tw_status explore(struct cut_search *cut)
 	}
 }
 
-enum tw_status cut_solve(struct search *search)
+enum tw_status cut_open(struct cut_search **opened, struct search *search)
 {
+	*opened = NULL;
 	if (!search_uses(search, STEINER_CUTS) || 2 * (uint64_t)search->instance.edge_count > ARCS_MAX)
 		return TW_ERROR_UNSUPPORTED;
-	if (search->instance.terminal_count < 2) {
-		const enum tw_status status = search_offer(search, NULL, 0);
-		if (status == TW_OK)
-			search_bound(search, search_cutoff(search));
+	struct cut_search *cut = ARENA_ARRAY(search->arena, 1, struct cut_search);
+	enum tw_status status = cut ? cut_search_init(cut, search) : TW_ERROR_MEMORY;
+	if (status != TW_OK)
 		return status;
-	}
-	const struct arena_mark mark = arena_mark(search->arena);
-	struct cut_search cut;
-	search_enter(search, "branch and cut");
-	enum tw_status status = cut_search_init(&cut, search);
-	if (status == TW_OK) {
-		status = cut_lp_init(&cut.lp, &cut.problem, &cut.pool);
-		if (status == TW_OK)
-			status = explore(&cut);
-		cut_lp_free(&cut.lp);
-	}
+	status = cut_lp_init(&cut->lp, &cut->problem, &cut->pool);
 	if (status == TW_OK)
-		search_bound(search, search_cutoff(search));
-	arena_release(search->arena, mark);
+		*opened = cut;
+	else
+		cut_lp_free(&cut->lp);
 	return status;
+}
+
+enum tw_status cut_run(struct cut_search *cut)
+{
+	search_enter(cut->search, "branch and cut");
+	const enum tw_status status = explore(cut);
+	if (status == TW_OK)
+		search_bound(cut->search, search_cutoff(cut->search));
+	return status;
+}
+
+void cut_close(struct cut_search *cut)
+{
+	if (cut)
+		cut_lp_free(&cut->lp);
 }

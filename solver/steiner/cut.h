@@ -4,8 +4,18 @@
 
 #include "solver/steiner/search.h"
 
-/* Solves search->instance to a proof, or until the search stops (TW_ERROR_CANCELLED); trees go to search_offer, bounds
- * to search_bound. TW_ERROR_MEMORY, TW_ERROR_UNSUPPORTED (the linear program is too large). */
-enum tw_status cut_solve(struct search *search) TW_NODISCARD;
+struct cut_search;
+
+/* Sets up a branch and cut for search->instance, which must have two terminals or more and stay as it is. Allocated
+ * from search->arena; cut_close in any case. TW_ERROR_MEMORY, TW_ERROR_UNSUPPORTED (the linear program is too large).
+ */
+enum tw_status cut_open(struct cut_search **cut, struct search *search) TW_NODISCARD;
+
+/* Goes on where it was interrupted, until there is a proof, or until the search stops (TW_ERROR_CANCELLED); trees go to
+ * search_offer, bounds to search_bound. search->instance is as it was at cut_open. TW_ERROR_MEMORY. */
+enum tw_status cut_run(struct cut_search *cut) TW_NODISCARD;
+
+/* NULL is allowed. */
+void cut_close(struct cut_search *cut);
 
 #endif

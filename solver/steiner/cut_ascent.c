@@ -43,8 +43,9 @@ static uint32_t collect(struct ascent *ascent, uint32_t target)
 	return count;
 }
 
-/* Takes the cheapest cost off the arcs into the set; INT64_MAX when there is no such arc. */
-static int64_t raise_cut(struct ascent *ascent, uint32_t count)
+/* Takes the cheapest cost off the arcs into the set; INT64_MAX when there is no such arc. *free: one that is free now.
+ */
+static int64_t raise_cut(struct ascent *ascent, uint32_t count, uint32_t *free)
 {
 	const struct cut_problem *problem = ascent->problem;
 	const struct instance *instance = problem->instance;
@@ -56,10 +57,12 @@ static int64_t raise_cut(struct ascent *ascent, uint32_t count)
 				const uint32_t arc = cut_arc_out(problem, v, a) ^ 1;
 				if (ascent->inside[instance->head[a]] == ascent->mark || !problem->allowed[arc])
 					continue;
-				if (pass)
+				if (pass) {
 					ascent->cost[arc] -= least;
-				else if (ascent->cost[arc] < least)
+				} else if (ascent->cost[arc] < least) {
 					least = ascent->cost[arc];
+					*free = arc;
+				}
 			}
 		}
 	return least;
@@ -83,15 +86,16 @@ static enum tw_status raise_all(struct ascent *ascent, struct cut_pool *pool, in
 		/* A set that grew much waits for its turn. */
 		if (!count || (count > 2 * last && smallest(problem, ascent->size) != t))
 			continue;
-		const int64_t raised = raise_cut(ascent, count);
+		uint32_t free = INSTANCE_NONE;
+		const int64_t raised = raise_cut(ascent, count, &free);
 		if (raised == INT64_MAX) {
 			*gain = INT64_MAX;
 			return TW_OK;
 		}
 		*gain += raised;
-		if (pool)
-			(void)cut_pool_add(pool, problem, problem->target[t], ascent->set, count, ascent->inside,
-					   ascent->mark);
+		if (pool &&
+		    cut_pool_add(pool, problem, problem->target[t], ascent->set, count, ascent->inside, ascent->mark))
+			pool->basic[pool->count - 1] = free;
 		if (!search_spend(problem->search, 2 * count))
 			return TW_ERROR_CANCELLED;
 	}

@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { ONE = 1 << 24, VIOLATED_BELOW = ONE - ONE / 2000, NESTED_MAX = 8, CREEP_ARCS_MAX = 60000 };
+enum { ONE = 1 << 24, VIOLATED_BELOW = ONE - ONE / 2000, NESTED_MAX = 2, CREEP_ARCS_MAX = 60000 };
 
 struct flow {
 	const struct cut_problem *problem;
@@ -146,7 +146,7 @@ static uint32_t collect_far_side(struct flow *flow)
 static void open_cuts(struct flow *flow, const struct cut_pool *pool, uint32_t row)
 {
 	for (size_t i = pool->start[row]; i < pool->start[pool->count]; i++) {
-		const uint32_t arc = pool->arc[i];
+		const uint32_t arc = pool->arc[i]; /* of a cut: none is negative */
 		flow->capacity[arc] += ONE - flow->start[arc];
 		flow->start[arc] = ONE;
 	}

@@ -1,6 +1,13 @@
 /* Purpose: the directed cut relaxation (Y. P. Aneja, An integer linear programming approach to the Steiner problem in
- * graphs, Networks 10, 1980; directed: R. T. Wong 1984) with flow balance (T. Koch & A. Martin 1998), solved by Clp's
- * dual simplex.
+ * graphs, Networks 10, 1980; directed: R. T. Wong 1984) with the rows of cut_balance.c, solved by Clp's dual simplex.
+ *
+ * The first basis is that of the dual ascent: in a cut's row stands the arc that raising the cut made free. No later
+ * cut is entered by that arc, so the basis is triangular, and its prices are the ascent's: the program begins at the
+ * ascent's bound instead of climbing there.
+ *
+ * Equal weights make the program degenerate, and the simplex method run in circles. So the program's costs are a little
+ * less than the real ones, by an amount of its own for each arc, together less than an eighth of a unit for a tree. Any
+ * prices prove a bound, those of cheaper arcs as well; at most that eighth is lost.
  *
  * Costs are scaled by a power of two into a range that suits the program. Nothing of the floating-point result is
  * trusted. The prices y >= 0 of the rows are rounded down to fixed point; then with the reduced costs r = c - yA,
@@ -14,39 +21,37 @@
 #include <math.h>
 #include <string.h>
 
-enum { ITERATIONS_AT_ONCE = 1000, COST_BITS = 10 };
+enum { ITERATIONS_AT_ONCE = 2000, WORK_OF_ITERATION = 4, COST_BITS = 10, LOST_SHARE = 8 };
+enum { BASIC = 1, AT_LOWER = 3 }; /* Clp's names for where a variable is */
 
-static enum tw_status load_balance(struct cut_lp *lp)
+/* A number in [0, 1) that belongs to the arc (splitmix64; Steele, Lea & Flood 2014). */
+static double share_of(uint64_t arc)
+{
+	uint64_t z = (arc + 1) * 0x9e3779b97f4a7c15u;
+	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+	z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+	return ldexp((double)((z ^ (z >> 31)) >> 11), -53);
+}
+
+static enum tw_status load_columns(struct cut_lp *lp)
 {
 	const struct cut_problem *problem = lp->problem;
-	const size_t arcs = problem->arc_count, n = problem->instance->vertex_count;
-	struct arena *arena = problem->search->arena;
+	const struct search *search = problem->search;
+	const size_t arcs = problem->arc_count;
+	struct arena *arena = search->arena;
 	const struct arena_mark mark = arena_mark(arena);
-	CoinBigIndex *start = ARENA_ARRAY(arena, arcs + 1, CoinBigIndex);
-	int *row = ARENA_ARRAY(arena, 2 * arcs, int);
-	double *element = ARENA_ARRAY(arena, 2 * arcs, double), *cost = ARENA_ARRAY(arena, arcs, double);
+	CoinBigIndex *start = ARENA_ZEROED(arena, arcs + 1, CoinBigIndex);
+	double *cost = ARENA_ARRAY(arena, arcs, double);
 	double *lower = ARENA_ZEROED(arena, arcs, double), *upper = ARENA_ARRAY(arena, arcs, double);
-	double *row_lower = ARENA_ARRAY(arena, n, double), *row_upper = ARENA_ARRAY(arena, n, double);
-	enum tw_status status =
-		start && row && element && cost && lower && upper && row_lower && row_upper ? TW_OK : TW_ERROR_MEMORY;
+	const enum tw_status status = start && cost && lower && upper ? TW_OK : TW_ERROR_MEMORY;
 	if (status == TW_OK) {
-		for (size_t v = 0; v < n; v++) {
-			/* A terminal may be a leaf, and nothing needs to enter the root. */
-			row_lower[v] = problem->instance->terminal_at[v] == INSTANCE_NONE ? 0 : -DBL_MAX;
-			row_upper[v] = DBL_MAX;
-		}
+		const double most = ldexp(1, (int)problem->fraction_bits) / (LOST_SHARE * (search->best_count + 1.0));
 		for (uint32_t arc = 0; arc < arcs; arc++) {
-			start[arc] = (CoinBigIndex)(2 * arc);
-			row[2 * arc] = (int)cut_tail(problem, arc);
-			row[2 * arc + 1] = (int)cut_head(problem, arc);
-			element[2 * arc] = 1;
-			element[2 * arc + 1] = -1;
-			cost[arc] = ldexp((double)problem->cost[arc], -lp->exponent);
+			const double less = (double)problem->cost[arc] - most * share_of(arc);
+			cost[arc] = less > 0 ? ldexp(less, -lp->exponent) : 0;
 			upper[arc] = problem->allowed[arc];
 		}
-		start[arcs] = (CoinBigIndex)(2 * arcs);
-		Clp_loadProblem(lp->model, (int)arcs, (int)n, start, row, element, lower, upper, cost, row_lower,
-				row_upper);
+		Clp_loadProblem(lp->model, (int)arcs, 0, start, NULL, NULL, lower, upper, cost, NULL, NULL);
 	}
 	arena_release(arena, mark);
 	return status;
@@ -59,7 +64,6 @@ enum tw_status cut_lp_init(struct cut_lp *lp, const struct cut_problem *problem,
 		.model = Clp_newModel(),
 		.problem = problem,
 		.pool = pool,
-		.balance_count = problem->instance->vertex_count,
 		.idle = ARENA_ZEROED(arena, pool->capacity, uint8_t),
 		.reduced = ARENA_ARRAY(arena, problem->arc_count, int64_t),
 		.x = ARENA_ZEROED(arena, problem->arc_count, double),
@@ -73,7 +77,7 @@ enum tw_status cut_lp_init(struct cut_lp *lp, const struct cut_problem *problem,
 	(void)frexp((double)heaviest, &lp->exponent);
 	lp->exponent -= COST_BITS;
 	Clp_setLogLevel(lp->model, 0);
-	return load_balance(lp);
+	return load_columns(lp);
 }
 
 void cut_lp_free(struct cut_lp *lp)
@@ -101,15 +105,22 @@ static enum tw_status add_rows(struct cut_lp *lp)
 		for (uint32_t i = 0; i <= count; i++)
 			start[i] = (CoinBigIndex)(pool->start[first + i] - pool->start[first]);
 		for (size_t i = 0; i < entries; i++) {
-			column[i] = (int)pool->arc[pool->start[first] + i];
-			element[i] = 1;
+			const uint32_t arc = pool->arc[pool->start[first] + i];
+			column[i] = (int)(arc & ~CUT_MINUS);
+			element[i] = arc & CUT_MINUS ? -1 : 1;
 		}
 		for (uint32_t i = 0; i < count; i++) {
-			lower[i] = 1;
+			lower[i] = pool->least[first + i];
 			upper[i] = DBL_MAX;
 			lp->idle[first + i] = 0;
 		}
 		Clp_addRows(lp->model, (int)count, lower, upper, start, column, element);
+		for (uint32_t i = first; i < pool->count; i++)
+			if (pool->basic[i] != INSTANCE_NONE) {
+				Clp_setRowStatus(lp->model, (int)i, AT_LOWER);
+				Clp_setColumnStatus(lp->model, (int)pool->basic[i], BASIC);
+				pool->basic[i] = INSTANCE_NONE;
+			}
 		lp->row_count = pool->count;
 	}
 	arena_release(arena, mark);
@@ -133,18 +144,15 @@ static void prove_bound(struct cut_lp *lp)
 	int overflow = 0;
 	memcpy(lp->reduced, problem->cost, problem->arc_count * sizeof *lp->reduced);
 	for (uint32_t i = 0; i < lp->row_count && !overflow; i++) {
-		const int64_t y = fixed_price(lp, price[lp->balance_count + i]);
-		overflow |= __builtin_add_overflow(sum, y, &sum);
-		for (size_t j = pool->start[i]; y && j < pool->start[i + 1]; j++)
-			overflow |= __builtin_sub_overflow(lp->reduced[pool->arc[j]], y, &lp->reduced[pool->arc[j]]);
+		const int64_t y = fixed_price(lp, price[i]);
+		overflow |= __builtin_add_overflow(sum, pool->least[i] ? y : 0, &sum);
+		for (size_t j = pool->start[i]; y && j < pool->start[i + 1]; j++) {
+			int64_t *reduced = &lp->reduced[pool->arc[j] & ~CUT_MINUS];
+			overflow |= __builtin_sub_overflow(*reduced, pool->arc[j] & CUT_MINUS ? -y : y, reduced);
+		}
 	}
 	for (uint32_t arc = 0; arc < problem->arc_count && !overflow; arc++) {
-		const uint32_t u = cut_tail(problem, arc), v = cut_head(problem, arc);
 		int64_t *reduced = &lp->reduced[arc];
-		if (problem->instance->terminal_at[u] == INSTANCE_NONE)
-			overflow |= __builtin_sub_overflow(*reduced, fixed_price(lp, price[u]), reduced);
-		if (problem->instance->terminal_at[v] == INSTANCE_NONE)
-			overflow |= __builtin_add_overflow(*reduced, fixed_price(lp, price[v]), reduced);
 		if (*reduced < 0) {
 			if (problem->allowed[arc])
 				overflow |= __builtin_add_overflow(sum, *reduced, &sum);
@@ -171,7 +179,7 @@ enum tw_status cut_lp_solve(struct cut_lp *lp)
 		Clp_dual(lp->model, 0);
 		code = Clp_status(lp->model);
 		const uint64_t iterations = (uint64_t)Clp_numberIterations(lp->model) + 1;
-		if (!search_spend(problem->search, 2 * iterations * ((uint64_t)lp->row_count + lp->balance_count)))
+		if (!search_spend(problem->search, WORK_OF_ITERATION * iterations * ((uint64_t)lp->row_count + 100)))
 			return TW_ERROR_CANCELLED;
 		if (iterations == 1 && code == 3)
 			break;
@@ -182,7 +190,7 @@ enum tw_status cut_lp_solve(struct cut_lp *lp)
 	memcpy(lp->x, Clp_getColSolution(lp->model), problem->arc_count * sizeof *lp->x);
 	const double *activity = Clp_getRowActivity(lp->model);
 	for (uint32_t i = 0; i < lp->row_count; i++) {
-		if (activity[lp->balance_count + i] < 1 + 1e-6)
+		if (activity[i] < lp->pool->least[i] + 1e-6)
 			lp->idle[i] = 0;
 		else if (lp->idle[i] < UINT8_MAX)
 			lp->idle[i]++;
@@ -206,12 +214,14 @@ enum tw_status cut_lp_drop(struct cut_lp *lp, const uint8_t *drop)
 		const size_t start = pool->start[i], end = pool->start[i + 1];
 		if (drop[i]) {
 			if (i < lp->row_count)
-				gone[gone_count++] = (int)(lp->balance_count + i);
+				gone[gone_count++] = (int)i;
 			continue;
 		}
 		kept_rows += i < lp->row_count;
 		memmove(pool->arc + at, pool->arc + start, (end - start) * sizeof *pool->arc);
+		pool->least[kept] = pool->least[i];
 		pool->target[kept] = pool->target[i];
+		pool->basic[kept] = pool->basic[i];
 		lp->idle[kept] = lp->idle[i];
 		pool->start[kept++] = at;
 		at += end - start;

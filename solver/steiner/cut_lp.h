@@ -7,16 +7,15 @@
 struct cut_lp {
 	void *model; /* Clp_Simplex, owned */
 	const struct cut_problem *problem;
-	struct cut_pool *pool;  /* borrowed: the rows; row i of the pool is row balance_count + i of the program */
-	uint32_t balance_count; /* rows "what leaves a vertex is at least what enters it", one for each vertex */
-	uint32_t row_count;     /* rows of the pool that are in the program */
-	uint8_t *idle;          /* [pool capacity] rounds that the row has been slack */
-	int64_t *reduced;       /* [arc_count] reduced costs that belong to `bound` */
-	int64_t bound;          /* proven: fraction_bits behind the point; 0 if none is */
-	double *x;              /* [arc_count] the last solution */
-	double *upper;          /* [arc_count] */
-	int exponent;           /* the program's costs are problem->cost * 2^-exponent */
-	int is_solved;          /* x is an optimum of the program */
+	struct cut_pool *pool; /* borrowed: the rows */
+	uint32_t row_count;    /* rows of the pool that are in the program */
+	uint8_t *idle;         /* [pool capacity] rounds that the row has been slack */
+	int64_t *reduced;      /* [arc_count] reduced costs that belong to `bound` */
+	int64_t bound;         /* proven: fraction_bits behind the point; 0 if none is */
+	double *x;             /* [arc_count] the last solution */
+	double *upper;         /* [arc_count] */
+	int exponent;          /* the program's costs are problem->cost * 2^-exponent */
+	int is_solved;         /* x is an optimum of the program */
 };
 
 /* TW_ERROR_MEMORY. Close with cut_lp_free in any case. */

@@ -39,14 +39,28 @@ static inline uint32_t cut_arc_out(const struct cut_problem *problem, uint32_t v
 	return 2 * e + (problem->instance->ends[2 * e] != v);
 }
 
-/* Inequalities "the arcs that enter a set sum to one at least", each with the target that the set holds. */
+#define CUT_MINUS 0x80000000u /* in a row: the arc counts negative */
+
+/* Inequalities. Most are cuts, "the arcs that enter a set sum to one at least", each with the target that the set
+ * holds; the others are of the flow: "what enters a vertex is at least …", and then the least sum is 0. */
 struct cut_pool {
 	uint32_t count, capacity;
 	size_t *start;    /* [capacity + 1]; row i has the arcs arc[start[i]] … arc[start[i + 1] - 1] */
-	uint32_t *target; /* [capacity] vertex; the row holds wherever that is a target */
-	uint32_t *arc;    /* [arc_capacity] */
+	uint8_t *least;   /* [capacity] what the arcs sum to at least: 1 or 0 */
+	uint32_t *target; /* [capacity] vertex; the row holds wherever that is a target; the root: everywhere */
+	uint32_t *basic;  /* [capacity] arc of the row to start the program's basis with, INSTANCE_NONE for none */
+	uint32_t *arc;    /* [arc_capacity] arcs, or arc | CUT_MINUS */
 	size_t arc_capacity;
 };
+
+/* Closes a row whose arcs were written from pool->start[pool->count] on, up to `end`. */
+static inline void cut_pool_close(struct cut_pool *pool, size_t end, uint8_t least, uint32_t target)
+{
+	pool->least[pool->count] = least;
+	pool->target[pool->count] = target;
+	pool->basic[pool->count++] = INSTANCE_NONE;
+	pool->start[pool->count] = end;
+}
 
 /* Adds the arcs that enter the vertices with inside[v] == mark, looking at `members` only. False when there is no room.
  */
@@ -68,8 +82,7 @@ static inline int cut_pool_add(struct cut_pool *pool, const struct cut_problem *
 			pool->arc[at++] = arc;
 		}
 	}
-	pool->target[pool->count++] = target;
-	pool->start[pool->count] = at;
+	cut_pool_close(pool, at, 1, target);
 	return 1;
 }
 

@@ -14,39 +14,85 @@
 #include "solver/steiner/fix.h"
 #include "solver/steiner/guess.h"
 #include "solver/steiner/primal.h"
+#include "solver/steiner/primal_repeat.h"
 #include "solver/steiner/reduce.h"
 
 /* Work units for each edge; from the second round on they double from round to round. */
 enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 400, PRIMAL_SHARE = 40, PROGRAM_SHARE = 200 };
 enum { LEAST_BUDGET = 10000000, MOST_ROUNDS = 20, RACERS = 4 };
-enum { CUT_TERMINALS = 64, CUT_EDGES = 4000, CUT_ROUND = 4 };
+enum { CUT_TERMINALS = 64, FEW_TERMINALS = 14, CUT_ROUND = 4 };
+enum { SMALL_EDGES = 60000, REPEAT_SHARE = 50 };
 
-/* Branch and cut on what deletion and reductions leave of the instance. */
-static enum tw_status delete_and_cut(struct search *search, const struct dual *dual)
+static int is_small(const struct search *search)
 {
+	return search->graph->edge_count < SMALL_EDGES;
+}
+
+/* The branch and cut, and the instance that it is about: what deletion and reductions left when it began. */
+struct cutter {
+	struct cut_search *cut; /* NULL: not begun */
+	struct instance instance;
+	uint32_t edges_before; /* of the instance before deletion and reductions */
+};
+
+/* What no tree better than the best one uses goes, then what reductions find. *done: there is nothing left to do. */
+static enum tw_status delete_and_reduce(struct search *search, const struct dual *dual, int *done)
+{
+	const struct arena_mark mark = arena_mark(search->arena);
 	struct dual next;
 	int empty = 0;
 	enum tw_status status = fix_by_reduced_costs(search, dual, search_cutoff(search), &next, &empty);
-	if (status == TW_OK && empty)
+	if (status == TW_OK && !empty)
+		status = reduce_instance(search);
+	arena_release(search->arena, mark);
+	*done = status == TW_OK && (empty || search->instance.terminal_count < 2);
+	if (*done && !empty)
+		status = search_offer(search, NULL, 0);
+	if (*done && status == TW_OK)
 		search_bound(search, search_cutoff(search));
-	if (status != TW_OK || empty)
-		return status;
-	status = reduce_instance(search);
 	search->stats->vertices_left = search->instance.vertex_count;
 	search->stats->edges_left = search->instance.edge_count;
-	return status == TW_OK ? cut_solve(search) : status;
+	return status;
 }
 
-/* The same on a copy, so that the dual still belongs to the instance. */
-static enum tw_status solve_by_cuts(struct search *search, const struct dual *dual)
+static enum tw_status begin_cuts(struct cutter *cutter, struct search *search, const struct dual *dual, int *done)
 {
-	const struct arena_mark mark = arena_mark(search->arena);
 	const struct instance whole = search->instance;
 	enum tw_status status = instance_copy(&search->instance, &whole, search->arena);
+	cutter->edges_before = whole.edge_count;
 	if (status == TW_OK)
-		status = delete_and_cut(search, dual);
+		status = delete_and_reduce(search, dual, done);
+	return status == TW_OK && !*done ? cut_open(&cutter->cut, search) : status;
+}
+
+static void end_cuts(struct cutter *cutter)
+{
+	cut_close(cutter->cut);
+	cutter->cut = NULL;
+}
+
+/* A turn of branch and cut. It goes on where it was interrupted; on large instances its arrays would be in the way of
+ * the other stages, and where the instance has been shrunk to half since, it is better to begin anew. */
+static enum tw_status solve_by_cuts(struct cutter *cutter, struct search *search, const struct dual *dual)
+{
+	const struct instance whole = search->instance;
+	enum tw_status status = TW_OK;
+	int done = 0;
+	if (cutter->cut && 2 * whole.edge_count < cutter->edges_before)
+		end_cuts(cutter);
+	const struct arena_mark mark = arena_mark(search->arena);
+	if (cutter->cut)
+		search->instance = cutter->instance;
+	else
+		status = begin_cuts(cutter, search, dual, &done);
+	if (status == TW_OK && !done)
+		status = cut_run(cutter->cut);
+	cutter->instance = search->instance;
 	search->instance = whole;
-	arena_release(search->arena, mark);
+	if (!is_small(search))
+		end_cuts(cutter);
+	if (!cutter->cut)
+		arena_release(search->arena, mark);
 	return status;
 }
 
@@ -88,6 +134,16 @@ static enum tw_status shrink(struct search *search, struct dual *dual)
 	return status;
 }
 
+/* Exchanges get stuck where a graph is dense: there, trees from many starts are better ones. */
+static enum tw_status repeat_paths(struct search *search, unsigned round)
+{
+	const struct instance *instance = &search->instance;
+	if (!search_uses(search, STEINER_PRIMAL))
+		return TW_OK;
+	return primal_repeat(search, instance->weight, round == 1 ? 0 : 1u << round,
+			     ((uint64_t)instance->edge_count * REPEAT_SHARE) << round);
+}
+
 /* A better dual and a better tree. */
 static enum tw_status prepare(struct search *search, struct dual *dual, unsigned round, uint64_t edges)
 {
@@ -97,7 +153,9 @@ static enum tw_status prepare(struct search *search, struct dual *dual, unsigned
 	search->stats->seconds_dual += raised_s - started_s;
 	if (status == TW_OK && !search_is_proven(search)) {
 		search_enter(search, "primal heuristics");
-		status = primal_improve(search, dual, (PRIMAL_SHARE * edges) << round);
+		status = is_small(search) ? repeat_paths(search, round) : TW_OK;
+		if (status == TW_OK)
+			status = primal_improve(search, dual, (PRIMAL_SHARE * edges) << round);
 	}
 	if (status == TW_OK && !search_is_proven(search))
 		status = shrink(search, dual);
@@ -122,27 +180,27 @@ static enum tw_status run_program(struct search *search, const struct dual *dual
 	return status;
 }
 
-/* Linear programs of a whole mesh are no match for dynamic programming while terminals are few: those wait some rounds.
- */
+/* Linear programs of a whole mesh are no match for dynamic programming while terminals are few, nor are those of any
+ * graph when they are very few: these wait some rounds. */
 static int is_due_for_cuts(const struct search *search, unsigned round)
 {
-	const struct instance *instance = &search->instance;
+	const uint32_t terminals = search->instance.terminal_count;
 	if (!search_uses(search, STEINER_DYNAMIC))
 		return 1;
-	return round >= (instance->terminal_count > CUT_TERMINALS || instance->edge_count < CUT_EDGES ? 1 : CUT_ROUND);
+	return round >= (terminals > CUT_TERMINALS || (is_small(search) && terminals > FEW_TERMINALS) ? 1 : CUT_ROUND);
 }
 
-static enum tw_status run_cuts(struct search *search, const struct dual *dual, uint64_t budget)
+static enum tw_status run_cuts(struct cutter *cutter, struct search *search, const struct dual *dual, uint64_t budget)
 {
 	if (!search_uses(search, STEINER_CUTS))
 		return TW_ERROR_UNSUPPORTED;
 	search_set_budget(search, search_uses(search, STEINER_DYNAMIC) ? budget : 0);
-	enum tw_status status = solve_by_cuts(search, dual);
+	enum tw_status status = solve_by_cuts(cutter, search, dual);
 	search_set_budget(search, 0);
 	return status;
 }
 
-enum tw_status prove_optimum(struct search *search, struct dual *dual)
+static enum tw_status take_turns(struct cutter *cutter, struct search *search, struct dual *dual)
 {
 	uint64_t edges = search->instance.edge_count;
 	for (unsigned round = 0;; round += round < MOST_ROUNDS) {
@@ -154,7 +212,7 @@ enum tw_status prove_optimum(struct search *search, struct dual *dual)
 					: LEAST_BUDGET + FIRST_PROGRAM_SHARE * edges;
 		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;
 		if (may_go_on(search, program) && is_due_for_cuts(search, round))
-			cuts = run_cuts(search, dual, budget);
+			cuts = run_cuts(cutter, search, dual, budget);
 		search->stats->seconds_exact += search_clock_s() - started_s;
 		if (!may_go_on(search, program))
 			return program;
@@ -164,4 +222,12 @@ enum tw_status prove_optimum(struct search *search, struct dual *dual)
 		if (round >= CUT_ROUND && program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
 			return program == TW_ERROR_UNSUPPORTED ? cuts : program;
 	}
+}
+
+enum tw_status prove_optimum(struct search *search, struct dual *dual)
+{
+	struct cutter cutter = {.cut = NULL};
+	const enum tw_status status = take_turns(&cutter, search, dual);
+	end_cuts(&cutter);
+	return status;
 }
