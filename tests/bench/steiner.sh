@@ -1,14 +1,16 @@
 #!/bin/sh
-# steiner.sh: every Steiner instance of INSTANCES (see the README there), solved by TIGHTWIRE one after the other; a table
-# to stdout and, when nothing was left out, tests/bench/steiner.csv, which is kept in the repository for each release.
+# steiner.sh: Steiner instances of the sample suit, which are made here (23,500 vertices, and 723,000 after two midpoint
+# refinements), then every instance of INSTANCES (see the README there), where that folder is; solved by TIGHTWIRE one after
+# the other. A table to stdout and, when nothing was left out, tests/bench/steiner.csv, which is kept in the repository for
+# each release.
+#   BUILD    folder of the built programs; made instances are kept in its folder `instances`
 #   LIMIT    seconds an instance may take (default 60)      THREADS  of the solver (default 1)
 #   ONLY     a pattern of grep -E: only these instances      CSV      another file for the rows
 # Exit 1 when a proven value is not the known optimum, or when a bound is above it.
 set -u
 limit=${LIMIT:-60} threads=${THREADS:-1} only=${ONLY:-.}
 csv=${CSV:-}
-[ -z "$csv" ] && [ "$only" = . ] && csv=tests/bench/steiner.csv
-[ -d "$INSTANCES" ] || { echo "bench-steiner: no folder $INSTANCES; set INSTANCES=DIR"; exit 1; }
+[ -z "$csv" ] && [ "$only" = . ] && [ -d "$INSTANCES" ] && csv=tests/bench/steiner.csv
 rows=$(mktemp) file=$(mktemp) wrong=0
 trap 'rm -f "$rows" "$file"' EXIT
 
@@ -43,11 +45,27 @@ list() { # LIST COMMAND…: COMMAND NAME writes the instance
 	rm -f "$file.list"
 }
 
+make_suits() { # NAME VERTICES ROUNDS SET…: the sample suit's instances, made once
+	suits=$1 vertices=$2 rounds=$3
+	shift 3
+	mkdir -p "$BUILD/instances"
+	for set; do
+		name=${suits}_$set
+		echo "$name" | grep -qE "$only" || continue
+		suit=$BUILD/instances/$name.gr
+		[ -s "$suit" ] || { "$BUILD/tests/tools/suit_instance" "$vertices" "$rounds" "$set" >"$suit.part" && mv "$suit.part" "$suit"; }
+		cp "$suit" "$file" && solve "$name" ""
+	done
+}
+
 mesh() { sh "$INSTANCES/join.sh" "$1"; }
 pace() { gzip -dc "$INSTANCES/pace2018/$1.gr.gz"; }
 
 printf '%-24s %-9s %9s %9s %12s %8s %7s %10s %8s %6s %7s %s\n' instance outcome seconds Mwork weight 'gap %' MiB labels sets \
 	nodes left optimum
+make_suits sample23k 23500 0 joints10 segments17 muscles36 muscles80
+make_suits sample723k 45500 2 joints10 muscles36
+[ -d "$INSTANCES" ] || echo "no folder $INSTANCES: set INSTANCES=DIR for more"
 list "$INSTANCES/optima.csv" mesh
 list "$INSTANCES/pace2018/optima.csv" pace
 echo "proven: $(grep -c ,optimal, "$rows") of $(wc -l <"$rows") within $limit s each; $(grep -c 'WRONG$' "$rows") wrong"
