@@ -45,7 +45,9 @@ test('every command explains itself, and refuses what it does not know with one 
 const hasTerminals = spawnSync('script', ['--version']).status === 0;
 test('progress is shown on a terminal, and nowhere else', { skip: !hasTerminals }, () => {
   const folder = temporaryFolder();
-  const command = `${tightwire} sample --out ${folder.path}/suit --vertices 3000 && ${tightwire} field --worn ${folder.path}/suit/suit.obj --motion ${folder.path}/suit/motions/walk.pc2 --out ${folder.path}/field`;
+  const sample = `${tightwire} sample --out suit --vertices 3000`;
+  const field = `${tightwire} field --worn suit/suit.obj --motion suit/motions/walk.pc2 --out field`;
+  const command = `cd ${folder.path} && ${sample} && ${field}`;
   const plain = spawnSync('sh', ['-c', command], { encoding: 'utf8' });
   assert.equal(plain.status, 0);
   assert.equal(plain.stderr, '');
