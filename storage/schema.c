@@ -148,17 +148,37 @@ static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)
 	return code;
 }
 
-static enum tw_status check_owner(sqlite3 *db, int64_t version, struct tw_error *error)
+/* What tells whose a database is: all zero in a new one. In one snapshot, because another process may be making it. */
+struct owner {
+	int64_t version, application, tables;
+};
+
+static int read_owner(sqlite3 *db, struct owner *owner)
 {
-	int64_t application = 0;
-	int64_t tables = 0;
-	int code = read_pragma(db, "PRAGMA application_id", &application);
+	int code = sqlite3_exec(db, "BEGIN", NULL, NULL, NULL);
 	if (code == SQLITE_OK)
-		code = read_pragma(db, "SELECT count(*) FROM sqlite_schema", &tables);
+		code = read_pragma(db, "PRAGMA user_version", &owner->version);
+	if (code == SQLITE_OK)
+		code = read_pragma(db, "PRAGMA application_id", &owner->application);
+	if (code == SQLITE_OK)
+		code = read_pragma(db, "SELECT count(*) FROM sqlite_schema", &owner->tables);
+	if (!sqlite3_get_autocommit(db))
+		sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
+	return code;
+}
+
+enum tw_status schema_check_owner(sqlite3 *db, struct tw_error *error)
+{
+	struct owner owner = {0};
+	int code = read_owner(db, &owner);
+	if (code == SQLITE_NOTADB)
+		return tw_fail(error, TW_ERROR_INPUT, "store-foreign", NULL,
+			       "%.200s is not a database; name a file of its own for the store",
+			       sqlite3_db_filename(db, "main"));
 	if (code != SQLITE_OK)
 		return sql_fail(db, code, error);
-	bool empty = version == 0 && application == 0 && tables == 0;
-	if (!empty && application != SCHEMA_APPLICATION_ID)
+	bool empty = owner.version == 0 && owner.application == 0 && owner.tables == 0;
+	if (!empty && owner.application != SCHEMA_APPLICATION_ID)
 		return tw_fail(error, TW_ERROR_INPUT, "store-foreign", NULL,
 			       "this database belongs to another program; name a file of its own for the store");
 	return TW_OK;
@@ -182,7 +202,7 @@ static enum tw_status migrate_once(sqlite3 *db, int target, bool *done, struct t
 	int code = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL);
 	if (code == SQLITE_OK)
 		code = read_pragma(db, "PRAGMA user_version", &version);
-	enum tw_status status = code == SQLITE_OK ? check_owner(db, version, error) : sql_fail(db, code, error);
+	enum tw_status status = code == SQLITE_OK ? TW_OK : sql_fail(db, code, error);
 	if (status == TW_OK && (version < 0 || version > SCHEMA_VERSION))
 		status = tw_fail(error, TW_ERROR_UNSUPPORTED, "store-newer", NULL,
 				 "the store has version %lld, this tightwire knows up to %d; run the newer one",

@@ -124,10 +124,10 @@ static enum tw_status open_database(struct store *store, const struct target *ta
 			       target->path, store->db ? sqlite3_errmsg(store->db) : sqlite3_errstr(code));
 	sqlite3_busy_timeout(store->db, BUSY_TIMEOUT_MS);
 	sqlite3_db_config(store->db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
+	enum tw_status status = schema_check_owner(store->db, error);
+	if (status != TW_OK)
+		return status;
 	code = set_up(store->db, target->limit_bytes);
-	if (code == SQLITE_NOTADB)
-		return tw_fail(error, TW_ERROR_INPUT, "store-foreign", NULL,
-			       "%.200s is not a database; name a file of its own for the store", target->path);
 	if (code != SQLITE_OK)
 		return sql_fail(store->db, code, error);
 	store->durable = true;

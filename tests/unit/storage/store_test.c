@@ -79,15 +79,30 @@ static void a_store_of_the_first_version_is_migrated_with_its_data(void **state)
 	sqlite3_close(db);
 }
 
+static char *read_file(const char *path, size_t *size)
+{
+	FILE *file = fopen(path, "rb");
+	char *bytes = calloc(1, 1 << 20);
+	*size = fread(bytes, 1, 1 << 20, file);
+	fclose(file);
+	return bytes;
+}
+
 static void what_is_not_ours_is_left_alone(void **state)
 {
 	struct fixture *f = *state;
 	char path[160], url[192];
+	size_t size = 0;
 	struct store *store = NULL;
 	snprintf(path, sizeof path, "%s/other.db", f->directory);
 	snprintf(url, sizeof url, "sqlite:%s", path);
 	run_sql(path, "CREATE TABLE shopping(item TEXT)");
+	char *before = read_file(path, &size), *after;
 	refused(f, store_open(&store, url, &f->error), TW_ERROR_INPUT, "store-foreign");
+	after = read_file(path, &size);
+	assert_memory_equal(before, after, size);
+	free(before);
+	free(after);
 	FILE *file = fopen(path, "w");
 	for (int i = 0; i < 1000; i++)
 		fputs("this is a letter, not a database\n", file);
