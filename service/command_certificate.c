@@ -2,13 +2,11 @@
  * and runs no solver. */
 #include "service/command.h"
 #include "service/file.h"
-#include "solver/graph/steiner_file.h"
+#include "service/instance.h"
 #include "solver/steiner/certificate_file.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static const size_t file_bytes_max = (size_t)2 << 30;
 
 static void print_help(void)
 {
@@ -38,25 +36,12 @@ static void print_help(void)
 	       "so CERTIFIED is total / scale rounded up.\n");
 }
 
-static enum tw_status read_instance(const char *path, struct arena *arena, struct steiner_file *file,
-				    struct tw_error *error)
-{
-	char *bytes;
-	size_t length;
-	enum tw_status status = file_read(path, file_bytes_max, &bytes, &length, error);
-	if (status != TW_OK)
-		return status;
-	status = steiner_file_read(file, arena, bytes, length, error);
-	free(bytes);
-	return status;
-}
-
 static enum tw_status read_certificate(const char *path, struct arena *arena, struct steiner_certificate *certificate,
 				       struct tw_error *error)
 {
 	char *bytes;
 	size_t length;
-	enum tw_status status = file_read(path, file_bytes_max, &bytes, &length, error);
+	enum tw_status status = file_read(path, INSTANCE_BYTES_MAX, &bytes, &length, error);
 	if (status != TW_OK)
 		return status;
 	status = certificate_read(certificate, arena, bytes, length, error);
@@ -76,44 +61,52 @@ static void print_verdict(const struct steiner_certificate *certificate)
 	       (unsigned long long)certificate->bound);
 }
 
-/* *wrong: the path that an error is about. */
-static enum tw_status check(const char *instance, const char *path, struct arena *arena, const char **wrong,
-			    struct tw_error *error)
+struct request {
+	const char *instance, *certificate; /* borrowed */
+};
+
+static enum tw_status check(const struct request *request, struct arena *arena, struct tw_error *error)
 {
 	struct steiner_file file;
 	struct steiner_certificate certificate;
-	*wrong = instance;
-	enum tw_status status = read_instance(instance, arena, &file, error);
+	enum tw_status status = instance_read(request->instance, arena, &file, error);
 	if (status != TW_OK)
 		return status;
-	*wrong = path;
-	status = read_certificate(path, arena, &certificate, error);
+	status = read_certificate(request->certificate, arena, &certificate, error);
 	if (status == TW_OK)
 		status = certificate_check(&certificate, &file.graph, file.terminals, file.terminal_count, error);
 	if (status == TW_OK)
 		print_verdict(&certificate);
+	return file_blame(status, request->certificate, error);
+}
+
+static enum tw_status parse(void *context, int argc, char **argv, bool *help, struct tw_error *error)
+{
+	struct request *request = context;
+	*help = argc == 2 && !strcmp(argv[1], "--help");
+	if (*help)
+		return TW_OK;
+	for (int i = 1; i < argc; i++)
+		if (argv[i][0] == '-' && argv[i][1])
+			return command_refuse(argv[i], error);
+	if (argc != 3)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
+			       "an instance and a certificate are needed; see --help");
+	*request = (struct request){argv[1], argv[2]};
+	return TW_OK;
+}
+
+static enum tw_status run(void *context, struct tw_error *error)
+{
+	struct arena *arena = arena_new(0);
+	const enum tw_status status = arena ? check(context, arena, error) : tw_fail_memory(error);
+	arena_free(arena);
 	return status;
 }
 
 int command_certificate(int argc, char **argv)
 {
-	if (argc == 2 && !strcmp(argv[1], "--help")) {
-		print_help();
-		return COMMAND_DONE;
-	}
-	if (argc != 3 || argv[1][0] == '-' || argv[2][0] == '-') {
-		fprintf(stderr, "usage: tightwire certificate INSTANCE CERTIFICATE; see --help\n");
-		return COMMAND_USAGE;
-	}
-	struct arena *arena = arena_new(0);
-	struct tw_error error = {0};
-	const char *wrong = argv[1];
-	const enum tw_status status = arena ? check(argv[1], argv[2], arena, &wrong, &error) : tw_fail_memory(&error);
-	arena_free(arena);
-	if (status == TW_OK)
-		return COMMAND_DONE;
-	const int named = *error.where && strcmp(error.where, wrong) != 0;
-	fprintf(stderr, "tightwire certificate: %s: %s%s%s\n", wrong, named ? error.where : "", named ? ": " : "",
-		error.text);
-	return COMMAND_FAILED;
+	static const struct command_steps steps = {"certificate", print_help, parse, run, NULL};
+	struct request request = {0};
+	return command_run(&steps, &request, argc, argv);
 }

@@ -4,8 +4,8 @@
 
 #include "service/command.h"
 #include "service/file.h"
+#include "service/instance.h"
 #include "service/progress.h"
-#include "solver/graph/steiner_file.h"
 #include "solver/option.h"
 #include "solver/steiner/certificate_file.h"
 #include "solver/steiner/steiner.h"
@@ -16,8 +16,6 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const size_t file_bytes_max = (size_t)2 << 30;
 
 struct settings {
 	double time_limit, work_limit;
@@ -101,19 +99,6 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 	if (!settings->path && !*help)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "name a file, or - for stdin; see --help");
 	return TW_OK;
-}
-
-static enum tw_status read_instance(const char *path, struct arena *arena, struct steiner_file *file,
-				    struct tw_error *error)
-{
-	char *bytes;
-	size_t length;
-	enum tw_status status = file_read(path, file_bytes_max, &bytes, &length, error);
-	if (status != TW_OK)
-		return status;
-	status = steiner_file_read(file, arena, bytes, length, error);
-	free(bytes);
-	return status;
 }
 
 static volatile sig_atomic_t interrupted;
@@ -267,7 +252,7 @@ static enum tw_status write_certificate(const struct settings *settings, const s
 static enum tw_status solve_file(const struct settings *settings, struct arena *arena, struct tw_error *error)
 {
 	struct steiner_file file;
-	enum tw_status status = read_instance(settings->path, arena, &file, error);
+	enum tw_status status = instance_read(settings->path, arena, &file, error);
 	if (status != TW_OK)
 		return status;
 	const struct steiner_options solver = {

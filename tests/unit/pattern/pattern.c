@@ -130,7 +130,6 @@ static void outlines_close_and_hold_the_area(void **state)
 	arena_free(arena);
 }
 
-/* A tube of one piece is sewn to itself: one seam whose two sides lie on one outline. */
 static void an_outline_contains_what_its_faces_do(void **state)
 {
 	(void)state;
@@ -155,6 +154,7 @@ static void an_outline_contains_what_its_faces_do(void **state)
 	arena_free(arena);
 }
 
+/* A tube of one piece is sewn to itself: one seam whose two sides lie on one outline. */
 static void a_tube_is_sewn_to_itself(void **state)
 {
 	(void)state;
