@@ -96,33 +96,18 @@ enum tw_status job_get(struct store *store, const char *id, struct job *job, str
 	return status == TW_OK && !found ? no_such_job(id, error) : status;
 }
 
-static uint32_t page_size(uint32_t limit)
+static void read_job(struct sql *q, void *job)
 {
-	return limit < 1 ? 1 : limit > 1000 ? 1000 : limit;
+	row_read_job(q, job);
 }
 
-/* Reads rows of a cursor and the job's columns. One row more than `limit` has been asked for where `ahead` is set: it
- * tells whether there is another page. */
+/* One row more than `limit` has been asked for where `ahead` is set: it tells whether there is another page. */
 static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struct job_page *page,
 				struct tw_error *error)
 {
-	int64_t last = 0;
-	bool more = false;
-	memset(page, 0, sizeof *page);
-	page->jobs = calloc(limit, sizeof *page->jobs);
-	if (!page->jobs) {
-		q->code = SQLITE_NOMEM;
-		return sql_end(q, error);
-	}
-	while (sql_step(q)) {
-		more = page->count == limit;
-		if (more)
-			break;
-		last = sql_int(q);
-		row_read_job(q, &page->jobs[page->count++]);
-	}
-	page->next = ahead && !more ? 0 : last;
-	enum tw_status status = sql_end(q, error);
+	struct row_page read;
+	enum tw_status status = row_read_page(q, limit, sizeof *page->jobs, read_job, &read, error);
+	*page = (struct job_page){read.rows, read.count, ahead && !read.more ? 0 : read.last};
 	if (status != TW_OK)
 		job_page_clear(page);
 	return status;
@@ -131,7 +116,7 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struc
 enum tw_status job_list(struct store *store, const struct job_query *query, struct job_page *page,
 			struct tw_error *error)
 {
-	uint32_t limit = page_size(query->limit);
+	uint32_t limit = row_page_limit(query->limit);
 	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS
 					" FROM job j JOIN resource r ON r.number = j.resource WHERE j.number < ?1"
 					" AND (?2 = 0 OR ?2 >> j.kind & 1) AND (?3 = 0 OR ?3 >> j.state & 1)"
@@ -157,7 +142,7 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 		memset(page, 0, sizeof *page);
 		return newest_change(store, &page->next, error);
 	}
-	limit = page_size(limit);
+	limit = row_page_limit(limit);
 	struct sql q = sql_query(store, "SELECT j.change, " ROW_JOB_COLUMNS
 					" FROM job j JOIN resource r ON r.number = j.resource"
 					" WHERE j.change > ? ORDER BY j.change LIMIT ?");

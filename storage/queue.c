@@ -231,11 +231,7 @@ static enum tw_status check_fence(struct store *store, const struct job_ticket *
 	if (own)
 		read_running(&q, job);
 	enum tw_status status = sql_end(&q, error);
-	if (status == TW_OK && !own)
-		status = tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
-				 "the lease on %s ran out or the job was removed; its result is not wanted any more",
-				 ticket->job_id);
-	return status;
+	return status == TW_OK && !own ? row_fail_lost(ticket, error) : status;
 }
 
 static enum tw_status finish(struct store *store, const struct job_ticket *ticket, const struct job_result *result,

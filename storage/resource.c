@@ -57,34 +57,16 @@ enum tw_status resource_get(struct store *store, enum resource_kind kind, const 
 	return read_by_id(store, (int)kind, id, resource, error);
 }
 
-static enum tw_status read_page(struct sql *q, uint32_t limit, struct resource_page *page, struct tw_error *error)
+static void read_resource(struct sql *q, void *resource)
 {
-	int64_t last = 0;
-	bool more = false;
-	memset(page, 0, sizeof *page);
-	page->resources = calloc(limit, sizeof *page->resources);
-	if (!page->resources) {
-		q->code = SQLITE_NOMEM;
-		return sql_end(q, error);
-	}
-	while (sql_step(q)) {
-		more = page->count == limit;
-		if (more)
-			break;
-		last = sql_int(q);
-		row_read_resource(q, &page->resources[page->count++]);
-	}
-	page->next = more ? last : 0;
-	enum tw_status status = sql_end(q, error);
-	if (status != TW_OK)
-		resource_page_clear(page);
-	return status;
+	row_read_resource(q, resource);
 }
 
 enum tw_status resource_list(struct store *store, const struct resource_query *query, struct resource_page *page,
 			     struct tw_error *error)
 {
-	uint32_t limit = query->limit < 1 ? 1 : query->limit > 1000 ? 1000 : query->limit;
+	struct row_page read;
+	uint32_t limit = row_page_limit(query->limit);
 	struct sql q =
 		query->needs ? sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
 						" FROM resource r JOIN job j ON j.resource = r.number"
@@ -102,7 +84,11 @@ enum tw_status resource_list(struct store *store, const struct resource_query *q
 	sql_bind_int(&q, limit + 1);
 	if (query->needs)
 		sql_bind_text(&q, query->needs);
-	return read_page(&q, limit, page, error);
+	enum tw_status status = row_read_page(&q, limit, sizeof *page->resources, read_resource, &read, error);
+	*page = (struct resource_page){read.rows, read.count, read.more ? read.last : 0};
+	if (status != TW_OK)
+		resource_page_clear(page);
+	return status;
 }
 
 enum tw_status resource_needs(struct store *store, const char *id, enum resource_kind kind, char (**ids)[STORE_ID_SIZE],

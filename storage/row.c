@@ -46,6 +46,27 @@ void row_read_resource(struct sql *q, struct resource *resource)
 	row_read_job(q, &resource->job);
 }
 
+uint32_t row_page_limit(uint32_t limit)
+{
+	return limit < 1 ? 1 : limit > 1000 ? 1000 : limit;
+}
+
+enum tw_status row_read_page(struct sql *q, uint32_t limit, size_t size, void (*read)(struct sql *q, void *row),
+			     struct row_page *page, struct tw_error *error)
+{
+	*page = (struct row_page){.rows = calloc(limit, size)};
+	if (!page->rows)
+		q->code = SQLITE_NOMEM;
+	while (sql_step(q)) {
+		page->more = page->count == limit;
+		if (page->more)
+			break;
+		page->last = sql_int(q);
+		read(q, (char *)page->rows + size * page->count++);
+	}
+	return sql_end(q, error);
+}
+
 enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number, struct tw_error *error)
 {
 	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ?");
@@ -77,13 +98,16 @@ static enum tw_status set_ended(struct store *store, int64_t job, enum job_state
 	return sql_run(&q, NULL, error);
 }
 
+/* Counts again what queued jobs wait for; which jobs, follows. */
+#define COUNT_NEEDS                                                                                                    \
+	"UPDATE job SET waiting_for = (SELECT count(*) FROM need n JOIN job m ON m.resource = n.needed"                \
+	" WHERE n.resource = job.resource AND m.state <> 2) WHERE +state = 0 AND resource IN "
+
 static enum tw_status release_dependents(struct store *store, int64_t job, struct tw_error *error)
 {
-	struct sql q = sql_query(
-		store, "UPDATE job SET waiting_for = (SELECT count(*) FROM need n JOIN job m ON m.resource = n.needed"
-		       " WHERE n.resource = job.resource AND m.state <> 2)"
-		       " WHERE +state = 0 AND resource IN"
-		       " (SELECT n.resource FROM need n JOIN job d ON d.resource = n.needed WHERE d.number = ?)");
+	struct sql q =
+		sql_query(store, COUNT_NEEDS
+			  "(SELECT n.resource FROM need n JOIN job d ON d.resource = n.needed WHERE d.number = ?)");
 	sql_bind_int(&q, job);
 	return sql_run(&q, NULL, error);
 }
@@ -120,12 +144,10 @@ enum tw_status row_end_job(struct store *store, int64_t job, enum job_state stat
 
 enum tw_status row_count_needs(struct store *store, int64_t resource, struct tw_error *error)
 {
-	struct sql q = sql_query(
-		store, "WITH RECURSIVE up(resource) AS (VALUES (?)"
-		       " UNION SELECT n.needed FROM need n JOIN up ON n.resource = up.resource)"
-		       " UPDATE job SET waiting_for = (SELECT count(*) FROM need n JOIN job m ON m.resource = n.needed"
-		       " WHERE n.resource = job.resource AND m.state <> 2)"
-		       " WHERE +state = 0 AND resource IN (SELECT resource FROM up)");
+	struct sql q =
+		sql_query(store, "WITH RECURSIVE up(resource) AS (VALUES (?)"
+				 " UNION SELECT n.needed FROM need n JOIN up ON n.resource = up.resource) " COUNT_NEEDS
+				 "(SELECT resource FROM up)");
 	sql_bind_int(&q, resource);
 	return sql_run(&q, NULL, error);
 }
@@ -168,6 +190,13 @@ enum tw_status row_redrive(struct store *store, int64_t job, struct tw_error *er
 	return status == TW_OK ? row_count_needs(store, resource, error) : status;
 }
 
+enum tw_status row_fail_lost(const struct job_ticket *ticket, struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
+		       "the lease on %s ran out or the job was removed; its result is not wanted any more",
+		       ticket->job_id);
+}
+
 enum tw_status row_renew_lease(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
 			       const char *partial, bool *cancel, struct tw_error *error)
 {
@@ -185,9 +214,5 @@ enum tw_status row_renew_lease(struct store *store, const struct job_ticket *tic
 	while (own && sql_step(&q))
 		;
 	enum tw_status status = sql_end(&q, error);
-	if (status == TW_OK && !own)
-		status = tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
-				 "the lease on %s ran out or the job was removed; its result is not wanted any more",
-				 ticket->job_id);
-	return status;
+	return status == TW_OK && !own ? row_fail_lost(ticket, error) : status;
 }

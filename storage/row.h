@@ -18,6 +18,21 @@
 void row_read_job(struct sql *q, struct job *job);
 void row_read_resource(struct sql *q, struct resource *resource);
 
+/* A page of rows that begin with their cursor. */
+struct row_page {
+	void *rows; /* owned, also after an error */
+	size_t count;
+	int64_t last; /* cursor of the last row */
+	bool more;    /* there was one row more than the limit */
+};
+
+/* Runs the query and reads at most `limit` rows of `size` bytes. */
+enum tw_status row_read_page(struct sql *q, uint32_t limit, size_t size, void (*read)(struct sql *q, void *row),
+			     struct row_page *page, struct tw_error *error) TW_NODISCARD;
+
+/* How many rows are given where a client asks for so many. */
+uint32_t row_page_limit(uint32_t limit);
+
 /* The number of a resource by id. TW_ERROR_NOT_FOUND "no-such-resource". */
 enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number,
 				 struct tw_error *error) TW_NODISCARD;
@@ -33,6 +48,9 @@ enum tw_status row_redrive(struct store *store, int64_t job, struct tw_error *er
 
 /* Counts again what queued jobs wait for: of `resource`, and of everything it is made from. */
 enum tw_status row_count_needs(struct store *store, int64_t resource, struct tw_error *error) TW_NODISCARD;
+
+/* Fails with "lease-lost". */
+enum tw_status row_fail_lost(const struct job_ticket *ticket, struct tw_error *error);
 
 /* Renews a lease; `stage` and `partial` may be NULL. TW_ERROR_CONFLICT "lease-lost". */
 enum tw_status row_renew_lease(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
