@@ -11,19 +11,27 @@ struct key {
 	struct pose pose;
 };
 
+/* Both arms, or both legs, alike. */
+/* clang-format off */
+#define BOTH(...) {{__VA_ARGS__}, {__VA_ARGS__}}
+/* clang-format on */
+
 /* Arms hanging beside the body, the elbow a little bent. */
 #define HANGING(swing_, elbow_)                                                                                        \
 	{                                                                                                              \
 		.raise = -42, .swing = (swing_), .elbow = (elbow_)                                                     \
 	}
 
+/* Where the walk begins and ends: the left leg in front. */
+#define LEFT_STEP                                                                                                      \
+	{                                                                                                              \
+		.yaw = -5, .twist = 10, .bend = 3, .arm = {HANGING(-22, 12), HANGING(24, 28)},                         \
+		.leg = { {.lift = 27, .knee = 6},                                                                      \
+			 {.lift = -18, .knee = 12} }                                                                   \
+	}
+
 static const struct key walk_keys[] = {
-	{0,
-	 {.yaw = -5,
-	  .twist = 10,
-	  .bend = 3,
-	  .arm = {HANGING(-22, 12), HANGING(24, 28)},
-	  .leg = {{.lift = 27, .knee = 6}, {.lift = -18, .knee = 12}}}},
+	{0, LEFT_STEP},
 	{8,
 	 {.roll = 3,
 	  .bend = 3,
@@ -40,56 +48,36 @@ static const struct key walk_keys[] = {
 	  .bend = 3,
 	  .arm = {HANGING(4, 18), HANGING(-2, 15)},
 	  .leg = {{.lift = 14, .knee = 62}, {.lift = 8, .knee = 12}}}},
-	{32,
-	 {.yaw = -5,
-	  .twist = 10,
-	  .bend = 3,
-	  .arm = {HANGING(-22, 12), HANGING(24, 28)},
-	  .leg = {{.lift = 27, .knee = 6}, {.lift = -18, .knee = 12}}}},
+	{32, LEFT_STEP},
 };
 
 static const struct key squat_keys[] = {
-	{0, {.arm = {{.raise = -25, .elbow = 10}, {.raise = -25, .elbow = 10}}}},
+	{0, {.arm = BOTH(.raise = -25, .elbow = 10)}},
 	{14,
 	 {.lean = 18,
 	  .bend = 8,
-	  .arm = {{.raise = 20, .turn = 45, .elbow = 12}, {.raise = 20, .turn = 45, .elbow = 12}},
-	  .leg = {{.lift = 70, .spread = 6, .twist = 12, .knee = 72},
-		  {.lift = 70, .spread = 6, .twist = 12, .knee = 72}}}},
+	  .arm = BOTH(.raise = 20, .turn = 45, .elbow = 12),
+	  .leg = BOTH(.lift = 70, .spread = 6, .twist = 12, .knee = 72)}},
 	{26,
 	 {.lean = 30,
 	  .bend = 12,
-	  .arm = {{.raise = 30, .turn = 72, .elbow = 15}, {.raise = 30, .turn = 72, .elbow = 15}},
-	  .leg = {{.lift = 96, .spread = 8, .twist = 18, .knee = 104},
-		  {.lift = 96, .spread = 8, .twist = 18, .knee = 104}}}},
+	  .arm = BOTH(.raise = 30, .turn = 72, .elbow = 15),
+	  .leg = BOTH(.lift = 96, .spread = 8, .twist = 18, .knee = 104)}},
 	{32,
 	 {.lean = 30,
 	  .bend = 12,
-	  .arm = {{.raise = 30, .turn = 72, .elbow = 15}, {.raise = 30, .turn = 72, .elbow = 15}},
-	  .leg = {{.lift = 96, .spread = 8, .twist = 18, .knee = 104},
-		  {.lift = 96, .spread = 8, .twist = 18, .knee = 104}}}},
-	{47, {.arm = {{.raise = -25, .elbow = 10}, {.raise = -25, .elbow = 10}}}},
+	  .arm = BOTH(.raise = 30, .turn = 72, .elbow = 15),
+	  .leg = BOTH(.lift = 96, .spread = 8, .twist = 18, .knee = 104)}},
+	{47, {.arm = BOTH(.raise = -25, .elbow = 10)}},
 };
 
 static const struct key jumping_jack_keys[] = {
-	{0, {.arm = {{.raise = -38, .elbow = 8}, {.raise = -38, .elbow = 8}}, .leg = {{.spread = -3}, {.spread = -3}}}},
-	{5,
-	 {.bend = 5,
-	  .arm = {{.raise = -36, .elbow = 12}, {.raise = -36, .elbow = 12}},
-	  .leg = {{.lift = 22, .spread = -2, .knee = 42}, {.lift = 22, .spread = -2, .knee = 42}}}},
-	{12,
-	 {.rise = 90,
-	  .arm = {{.raise = 45, .elbow = 14}, {.raise = 45, .elbow = 14}},
-	  .leg = {{.spread = 12, .knee = 4}, {.spread = 12, .knee = 4}}}},
-	{19,
-	 {.arm = {{.raise = 90, .elbow = 18}, {.raise = 90, .elbow = 18}},
-	  .leg = {{.lift = 8, .spread = 24, .knee = 18}, {.lift = 8, .spread = 24, .knee = 18}}}},
-	{27,
-	 {.rise = 70,
-	  .arm = {{.raise = 40, .elbow = 14}, {.raise = 40, .elbow = 14}},
-	  .leg = {{.spread = 12, .knee = 4}, {.spread = 12, .knee = 4}}}},
-	{35,
-	 {.arm = {{.raise = -38, .elbow = 8}, {.raise = -38, .elbow = 8}}, .leg = {{.spread = -3}, {.spread = -3}}}},
+	{0, {.arm = BOTH(.raise = -38, .elbow = 8), .leg = BOTH(.spread = -3)}},
+	{5, {.bend = 5, .arm = BOTH(.raise = -36, .elbow = 12), .leg = BOTH(.lift = 22, .spread = -2, .knee = 42)}},
+	{12, {.rise = 90, .arm = BOTH(.raise = 45, .elbow = 14), .leg = BOTH(.spread = 12, .knee = 4)}},
+	{19, {.arm = BOTH(.raise = 90, .elbow = 18), .leg = BOTH(.lift = 8, .spread = 24, .knee = 18)}},
+	{27, {.rise = 70, .arm = BOTH(.raise = 40, .elbow = 14), .leg = BOTH(.spread = 12, .knee = 4)}},
+	{35, {.arm = BOTH(.raise = -38, .elbow = 8), .leg = BOTH(.spread = -3)}},
 };
 
 /* A right hook out of a boxer's guard. */
@@ -98,8 +86,7 @@ static const struct key hook_punch_keys[] = {
 	 {.bend = 8,
 	  .yaw = -12,
 	  .twist = -4,
-	  .arm = {{.raise = -28, .turn = 40, .twist = 35, .elbow = 105},
-		  {.raise = -28, .turn = 40, .twist = 35, .elbow = 105}},
+	  .arm = BOTH(.raise = -28, .turn = 40, .twist = 35, .elbow = 105),
 	  .leg = {{.lift = 24, .spread = 2, .knee = 22}, {.lift = -6, .spread = 6, .knee = 20}}}},
 	{12,
 	 {.bend = 10,
@@ -126,35 +113,32 @@ static const struct key hook_punch_keys[] = {
 	 {.bend = 8,
 	  .yaw = -12,
 	  .twist = -4,
-	  .arm = {{.raise = -28, .turn = 40, .twist = 35, .elbow = 105},
-		  {.raise = -28, .turn = 40, .twist = 35, .elbow = 105}},
+	  .arm = BOTH(.raise = -28, .turn = 40, .twist = 35, .elbow = 105),
 	  .leg = {{.lift = 24, .spread = 2, .knee = 22}, {.lift = -6, .spread = 6, .knee = 20}}}},
 };
 
 static const struct key elbow_flexion_keys[] = {
-	{0, {.arm = {{.raise = -20, .elbow = 5}, {.raise = -20, .elbow = 5}}}},
-	{10, {.arm = {{.raise = -20, .elbow = 60}, {.raise = -20, .elbow = 60}}}},
-	{19, {.arm = {{.raise = -20, .elbow = 125}, {.raise = -20, .elbow = 125}}}},
-	{29, {.arm = {{.raise = -20, .elbow = 60}, {.raise = -20, .elbow = 60}}}},
-	{39, {.arm = {{.raise = -20, .elbow = 5}, {.raise = -20, .elbow = 5}}}},
+	{0, {.arm = BOTH(.raise = -20, .elbow = 5)}},    {10, {.arm = BOTH(.raise = -20, .elbow = 60)}},
+	{19, {.arm = BOTH(.raise = -20, .elbow = 125)}}, {29, {.arm = BOTH(.raise = -20, .elbow = 60)}},
+	{39, {.arm = BOTH(.raise = -20, .elbow = 5)}},
 };
 
 static const struct key torso_twist_keys[] = {
-	{0, {.arm = {{.raise = 8, .elbow = 30}, {.raise = 8, .elbow = 30}}, .leg = {{.spread = 3}, {.spread = 3}}}},
+	{0, {.arm = BOTH(.raise = 8, .elbow = 30), .leg = BOTH(.spread = 3)}},
 	{12,
 	 {.twist = 42,
 	  .yaw = 6,
 	  .bend = 2,
 	  .arm = {{.raise = 8, .turn = 10, .elbow = 45}, {.raise = 8, .turn = 40, .elbow = 70}},
 	  .leg = {{.spread = 3, .knee = 4}, {.spread = 3, .twist = -6, .knee = 6}}}},
-	{24, {.arm = {{.raise = 8, .elbow = 40}, {.raise = 8, .elbow = 40}}, .leg = {{.spread = 3}, {.spread = 3}}}},
+	{24, {.arm = BOTH(.raise = 8, .elbow = 40), .leg = BOTH(.spread = 3)}},
 	{36,
 	 {.twist = -42,
 	  .yaw = -6,
 	  .bend = 2,
 	  .arm = {{.raise = 8, .turn = 40, .elbow = 70}, {.raise = 8, .turn = 10, .elbow = 45}},
 	  .leg = {{.spread = 3, .twist = -6, .knee = 6}, {.spread = 3, .knee = 4}}}},
-	{47, {.arm = {{.raise = 8, .elbow = 30}, {.raise = 8, .elbow = 30}}, .leg = {{.spread = 3}, {.spread = 3}}}},
+	{47, {.arm = BOTH(.raise = 8, .elbow = 30), .leg = BOTH(.spread = 3)}},
 };
 
 static const struct {
