@@ -69,7 +69,13 @@ static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a
 {
 	double t[CUTS_MAX];
 	uint32_t cuts = locator_cuts(measurer->input->locator, piece, a, b, t, CUTS_MAX);
-	cuts = cuts < CUTS_MAX ? cuts : CUTS_MAX;
+	/* On a very fine mesh there may be more than were looked for. */
+	if (cuts == CUTS_MAX) {
+		struct vec2 middle = vec2_mix(a, b, 0.5);
+		trace_chord(measurer, piece, a, middle, stray);
+		trace_chord(measurer, piece, middle, b, stray);
+		return;
+	}
 	for (uint32_t i = 0; i <= cuts; i++) {
 		double from = i ? t[i - 1] : 0, to = i < cuts ? t[i] : 1;
 		look_for_keep_out(measurer, piece, vec2_mix(a, b, (from + to) / 2), stray);

@@ -6,41 +6,26 @@
 enum { SEAM_SHORTEST_MM = 12, SEAM_TICK_MM = 5, SEAM_LABEL_MM = 11, SEAM_LETTER_MM = 8, DOT_MM = 6, GRAIN_MM = 60 };
 enum { TERMINAL_LETTER_MM = 9, WIRE_STEP_MM = 6 };
 
-/* The middle of each side of a seam, by length. */
 static enum tw_status find_seams(struct sheet_names *names, const struct sheet *sheet)
 {
 	const struct outline *outline = sheet->result->outline;
-	const struct garment *garment = sheet->result->input->garment;
-	double(*run)[2] = arena_zeroed(sheet->arena, outline->seam_count, sizeof *run);
+	struct seam_middle(*middle)[2];
+	enum tw_status status =
+		outline_seam_middles(outline, sheet->result->input->garment, sheet->arena, &middle, NULL);
 	names->seam = ARENA_ARRAY(sheet->arena, 2 * (size_t)outline->seam_count, struct seam_mark);
-	if (!run || !names->seam)
+	if (status || !names->seam)
 		return tw_fail_memory(NULL);
-	uint32_t piece = 0;
-	for (uint32_t i = 0; i < outline->segment_count; i++) {
-		while (i >= outline->piece_first[piece + 1])
-			piece++;
-		const struct outline_segment *segment = &outline->segment[i];
-		if (segment->seam == GARMENT_NONE)
-			continue;
-		const struct outline_seam *seam = &outline->seam[segment->seam];
-		int side = piece == seam->piece[0] ? 0 : 1;
-		struct vec2 from, to;
-		outline_ends(outline, garment, i, &from, &to);
-		double before = run[segment->seam][side], length = vec2_distance(from, to);
-		double middle = seam->length_mm[side] / 2;
-		run[segment->seam][side] += length;
-		if (seam->length_mm[side] < SEAM_SHORTEST_MM || middle < before || middle >= before + length)
-			continue;
-		struct vec2 inward = vec2_left(vec2_unit(vec2_sub(to, from)));
-		struct vec2 at = vec2_mix(from, to, length > 0 ? (middle - before) / length : 0);
-		names->seam[names->seam_count++] = (struct seam_mark){
-			.number = segment->seam + 1,
-			.piece = piece,
-			.at = at,
-			.inward = inward,
-			.label = sheet_point(sheet, piece, vec2_along(at, inward, SEAM_LABEL_MM)),
-		};
-	}
+	for (uint32_t seam = 0; seam < outline->seam_count; seam++)
+		for (int side = 0; side < 2; side++) {
+			const struct seam_middle *at = &middle[seam][side];
+			if (outline->seam[seam].length_mm[side] < SEAM_SHORTEST_MM)
+				continue;
+			names->seam[names->seam_count++] = (struct seam_mark){
+				.number = seam + 1,
+				.middle = *at,
+				.label = sheet_point(sheet, at->piece, vec2_along(at->at, at->inward, SEAM_LABEL_MM)),
+			};
+		}
 	return TW_OK;
 }
 
@@ -243,7 +228,7 @@ void sheet_names_add_seams(const struct sheet_names *names, const struct sheet *
 		const struct seam_mark *mark = &names->seam[i];
 		char number[16];
 		snprintf(number, sizeof number, "%u", mark->number);
-		sheet_add_tick(sheet, mark->piece, mark->at, mark->inward, SEAM_TICK_MM);
+		sheet_add_tick(sheet, mark->middle.piece, mark->middle.at, mark->middle.inward, SEAM_TICK_MM);
 		add_text(sheet, (struct vec2){mark->label.x, mark->label.y + 2.5}, "stroke=\"none\" ", number);
 	}
 	text_add(sheet->text, "</g>\n");

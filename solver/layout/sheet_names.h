@@ -7,9 +7,9 @@
 #include "solver/pattern/label.h"
 
 struct seam_mark {
-	uint32_t number, piece;
-	struct vec2 at, inward; /* in the piece's plane */
-	struct vec2 label;      /* on the page */
+	uint32_t number;
+	struct seam_middle middle;
+	struct vec2 label; /* on the page */
 };
 
 struct piece_name {

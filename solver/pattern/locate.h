@@ -24,7 +24,8 @@ enum tw_status locator_build(const struct locator **locator, struct arena *arena
 void locator_find(const struct locator *locator, uint32_t piece, struct vec2 point, struct place *place);
 
 /* The parameters 0 < t < 1, ascending, at which the segment from a to b meets edges of the piece's faces: between two
- * of them it runs in one face. Writes at most `limit`, returns how many there are. */
+ * of them it runs in one face. Writes at most `limit` and returns how many; where that is `limit`, there may be more.
+ */
 uint32_t locator_cuts(const struct locator *locator, uint32_t piece, struct vec2 a, struct vec2 b, double *t,
 		      uint32_t limit);
 

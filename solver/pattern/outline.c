@@ -124,6 +124,7 @@ static void add_to_seam(struct builder *builder, uint32_t seam, uint32_t segment
 		struct vec2 from, to;
 		outline_ends(outline, builder->garment, pair[side], &from, &to);
 		outline->segment[pair[side]].seam = seam;
+		outline->segment[pair[side]].side = (uint32_t)side;
 		outline->seam[seam].length_mm[side] += vec2_distance(from, to);
 		outline->seam[seam].piece[side] = builder->garment->face_piece[outline->segment[pair[side]].face];
 	}
@@ -220,4 +221,54 @@ bool outline_contains(const struct outline *outline, const struct garment *garme
 			contained = !contained;
 	}
 	return contained;
+}
+
+static bool same_side(const struct outline_segment *a, const struct outline_segment *b)
+{
+	return a->seam == b->seam && a->side == b->side;
+}
+
+/* A place in the loop where a side of a seam begins, so that none is met in two parts. */
+static uint32_t begin_of_side(const struct outline *outline, const struct outline_loop *loop)
+{
+	const struct outline_segment *segment = &outline->segment[loop->first];
+	for (uint32_t i = 0; i < loop->count; i++)
+		if (!same_side(&segment[(i + loop->count - 1) % loop->count], &segment[i]))
+			return i;
+	return 0;
+}
+
+enum tw_status outline_seam_middles(const struct outline *outline, const struct garment *garment, struct arena *arena,
+				    struct seam_middle (**middle)[2], struct tw_error *error)
+{
+	struct seam_middle(*found)[2] = arena_zeroed(arena, outline->seam_count, sizeof *found);
+	*middle = found;
+	if (!found)
+		return tw_fail_memory(error);
+	for (uint32_t l = 0; l < outline->loop_count; l++) {
+		const struct outline_loop *loop = &outline->loop[l];
+		uint32_t begin = begin_of_side(outline, loop);
+		const struct outline_segment *last = NULL;
+		double run = 0;
+		for (uint32_t n = 0; n < loop->count; n++) {
+			uint32_t i = loop->first + (begin + n) % loop->count;
+			const struct outline_segment *segment = &outline->segment[i];
+			struct vec2 from, to;
+			outline_ends(outline, garment, i, &from, &to);
+			run = last && same_side(last, segment) ? run : 0;
+			last = segment;
+			double before = run, length = vec2_distance(from, to);
+			run += length;
+			if (segment->seam == GARMENT_NONE)
+				continue;
+			double half = outline->seam[segment->seam].length_mm[segment->side] / 2;
+			if (half < before || half >= run)
+				continue;
+			found[segment->seam][segment->side] = (struct seam_middle){
+				.piece = loop->piece,
+				.at = vec2_mix(from, to, length > 0 ? (half - before) / length : 0),
+				.inward = vec2_left(vec2_unit(vec2_sub(to, from)))};
+		}
+	}
+	return TW_OK;
 }

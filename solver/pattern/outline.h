@@ -14,6 +14,7 @@ struct outline_segment {
 	uint32_t face;
 	uint32_t from, to; /* pattern positions (coords) */
 	uint32_t seam;     /* index into seams; GARMENT_NONE on a hem */
+	uint32_t side;     /* of the seam, 0 or 1 */
 };
 
 struct outline_loop {
@@ -49,6 +50,16 @@ double outline_distance(const struct outline *outline, const struct garment *gar
 
 /* Whether a point lies in a piece: within its outline, and in none of its holes. */
 bool outline_contains(const struct outline *outline, const struct garment *garment, uint32_t piece, struct vec2 point);
+
+/* The middle of one side of a seam by length, where a tailor puts the two sides together first. */
+struct seam_middle {
+	uint32_t piece;
+	struct vec2 at, inward; /* in the piece's plane; inward is a unit vector */
+};
+
+/* *middle: [seam_count][2], from the arena. TW_ERROR_MEMORY. */
+enum tw_status outline_seam_middles(const struct outline *outline, const struct garment *garment, struct arena *arena,
+				    struct seam_middle (**middle)[2], struct tw_error *error) TW_NODISCARD;
 
 /* The ends of a segment in the pattern. */
 void outline_ends(const struct outline *outline, const struct garment *garment, uint32_t segment, struct vec2 *from,

@@ -172,6 +172,51 @@ static void a_tube_is_sewn_to_itself(void **state)
 	arena_free(arena);
 }
 
+/* The two middles of a seam whose sides are equally long are one place of the worn garment. */
+static void assert_middles_meet(const struct garment *garment, struct arena *arena)
+{
+	struct topology topology;
+	struct outline outline;
+	const struct locator *locator;
+	struct seam_middle(*middle)[2];
+	assert_int_equal(topology_build(&topology, arena, garment, NULL), TW_OK);
+	assert_int_equal(outline_build(&outline, arena, garment, &topology, NULL), TW_OK);
+	assert_int_equal(locator_build(&locator, arena, garment, NULL), TW_OK);
+	assert_int_equal(outline_seam_middles(&outline, garment, arena, &middle, NULL), TW_OK);
+	for (uint32_t s = 0; s < outline.seam_count; s++) {
+		double worn[2][3], apart = 0;
+		assert_near(outline.seam[s].length_mm[0], outline.seam[s].length_mm[1], 1e-6);
+		for (int side = 0; side < 2; side++) {
+			const struct seam_middle *m = &middle[s][side];
+			struct place place;
+			assert_near(outline_distance(&outline, garment, m->piece, m->at, NULL), 0, 1e-9);
+			assert_true(outline_contains(&outline, garment, m->piece, vec2_along(m->at, m->inward, 0.1)));
+			locator_find(locator, m->piece, m->at, &place);
+			place_on_worn(garment, &place, worn[side]);
+		}
+		for (int k = 0; k < 3; k++)
+			apart += fabs(worn[0][k] - worn[1][k]);
+		assert_near(apart, 0, 1e-6);
+		/* On a tube the two are different places of one piece. */
+		assert_true(middle[s][0].piece != middle[s][1].piece ||
+			    vec2_distance(middle[s][0].at, middle[s][1].at) > 1);
+	}
+}
+
+static void the_middles_of_a_seam_meet_when_it_is_sewn(void **state)
+{
+	(void)state;
+	for (uint32_t n = 1; n < 12; n++) {
+		struct arena *arena = arena_new(0);
+		struct garment garment;
+		mesh_sheet(&garment, arena, 12, 7, 10, 0.3, n);
+		assert_middles_meet(&garment, arena);
+		mesh_tube(&garment, arena, 4 + n, 20 - n, 10);
+		assert_middles_meet(&garment, arena);
+		arena_free(arena);
+	}
+}
+
 /* Front and back of a tube: the near side hides the far one. */
 static void a_view_sees_the_near_side(void **state)
 {
@@ -210,6 +255,7 @@ int main(void)
 		cmocka_unit_test(outlines_close_and_hold_the_area),
 		cmocka_unit_test(an_outline_contains_what_its_faces_do),
 		cmocka_unit_test(a_tube_is_sewn_to_itself),
+		cmocka_unit_test(the_middles_of_a_seam_meet_when_it_is_sewn),
 		cmocka_unit_test(a_view_sees_the_near_side),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
