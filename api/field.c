@@ -4,6 +4,7 @@
 #include "api/json.h"
 #include "api/resource.h"
 #include "solver/field/options.h"
+#include "solver/option_json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -81,7 +82,7 @@ static enum tw_status parse_options(struct field_request *request, struct tw_err
 
 static enum tw_status parse(struct field_request *request, const char *bytes, size_t size, struct tw_error *error)
 {
-	enum tw_status status = json_parse_object(bytes, size, &request->body, error);
+	enum tw_status status = option_json_parse(&request->body, bytes, size, error);
 	if (!status)
 		status = check_members(request->body, error);
 	if (!status)

@@ -5,56 +5,6 @@
 #include <string.h>
 #include <time.h>
 
-/* Deepest nesting, counted outside of strings. jansson would recurse that deep before it could tell. */
-static unsigned nesting(const char *bytes, size_t size)
-{
-	unsigned depth = 0, deepest = 0;
-	bool quoted = false;
-	for (size_t i = 0; i < size; i++) {
-		char c = bytes[i];
-		if (quoted) {
-			i += c == '\\';
-			quoted = c != '"';
-		} else if (c == '"') {
-			quoted = true;
-		} else if (c == '{' || c == '[') {
-			if (++depth > deepest)
-				deepest = depth;
-		} else if ((c == '}' || c == ']') && depth) {
-			depth--;
-		}
-	}
-	return deepest;
-}
-
-enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object, struct tw_error *error)
-{
-	*object = NULL;
-	if (size > TW_LIMIT_JSON_BYTES)
-		return tw_fail(error, TW_ERROR_LIMIT, "json-too-large", NULL, "the JSON is larger than %u bytes",
-			       TW_LIMIT_JSON_BYTES);
-	if (nesting(bytes, size) > TW_LIMIT_JSON_DEPTH)
-		return tw_fail(error, TW_ERROR_INPUT, "json-too-deep", NULL, "the JSON is nested deeper than %u levels",
-			       TW_LIMIT_JSON_DEPTH);
-	if (size == 0)
-		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", NULL, "the body is empty; send a JSON object");
-	json_error_t detail;
-	json_t *value = json_loadb(bytes, size, JSON_REJECT_DUPLICATES, &detail);
-	if (!value && json_error_code(&detail) == json_error_out_of_memory)
-		return tw_fail_memory(error);
-	if (!value) {
-		char where[64];
-		snprintf(where, sizeof where, "line %d, column %d", detail.line, detail.column);
-		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "the body is not JSON: %s", detail.text);
-	}
-	if (!json_is_object(value)) {
-		json_decref(value);
-		return tw_fail(error, TW_ERROR_INPUT, "json-type", NULL, "the body must be a JSON object");
-	}
-	*object = value;
-	return TW_OK;
-}
-
 json_t *json_embed(const char *text)
 {
 	json_t *value = text && *text ? json_loads(text, JSON_DECODE_ANY, NULL) : NULL;

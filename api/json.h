@@ -1,4 +1,4 @@
-/* JSON that comes from outside: checked for size and depth before it is parsed, refused when it has a member twice. */
+/* Pieces of JSON that requests and responses share. */
 #ifndef API_JSON_H
 #define API_JSON_H
 
@@ -6,11 +6,6 @@
 
 #include <jansson.h>
 #include <stdbool.h>
-
-/* Parses one JSON object. Errors: TW_ERROR_LIMIT "json-too-large" above TW_LIMIT_JSON_BYTES, TW_ERROR_INPUT
- * "json-too-deep" above TW_LIMIT_JSON_DEPTH, "json-malformed" with line and column, "json-type" when it is no object.
- * The caller owns *object. */
-enum tw_status json_parse_object(const char *bytes, size_t size, json_t **object, struct tw_error *error) TW_NODISCARD;
 
 /* A stored JSON text as a value; null when it is NULL, empty or (which would be our bug) does not parse. */
 json_t *json_embed(const char *text) TW_NODISCARD;

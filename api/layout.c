@@ -1,9 +1,9 @@
 /* Layouts: the request that solver/layout/request.h describes in, with the field that it is for; artifacts out. */
 #include "api/content.h"
 #include "api/handlers.h"
-#include "api/json.h"
 #include "api/resource.h"
 #include "solver/layout/request.h"
+#include "solver/option_json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -38,7 +38,7 @@ static enum tw_status find_idempotency_key(const struct api_call *call, const ch
 static enum tw_status canonical_request(const struct api_call *call, char **request, struct tw_error *error)
 {
 	json_t *body = NULL;
-	enum tw_status status = json_parse_object(call->body, call->body_size, &body, error);
+	enum tw_status status = option_json_parse(&body, call->body, call->body_size, error);
 	if (status)
 		return status;
 	*request = json_dumps(body, JSON_COMPACT | JSON_SORT_KEYS);

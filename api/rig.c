@@ -5,6 +5,7 @@
 #include "api/page.h"
 #include "api/recording.h"
 #include "api/resource.h"
+#include "solver/option_json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -66,7 +67,7 @@ enum tw_status post_recording(struct api_call *call, struct tw_error *error)
 	struct resource_draft draft = {.kind = RESOURCE_RECORDING};
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (!status)
-		status = json_parse_object(call->body, call->body_size, &body, error);
+		status = option_json_parse(&body, call->body, call->body_size, error);
 	if (!status)
 		status = parse_recording(body, &draft.name, &options, error);
 	draft.options = options;

@@ -1,8 +1,8 @@
-/* Two passes: a scan of the bytes that bounds size and nesting before anything is built from them, then Jansson's tree,
- * read field by field. A terminal's form is the row of `forms` whose fields it has. */
+/* Jansson's tree is read field by field. A terminal's form is the row of `forms` whose fields it has. */
 #include "solver/layout/request.h"
 
 #include "solver/layout/json.h"
+#include "solver/option_json.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -18,50 +18,6 @@ static const char *const forms[][2] = {
 	{"piece", "uv_mm"},
 };
 enum { FORM_COUNT = sizeof forms / sizeof *forms };
-
-/* Nesting is counted on the raw bytes: a parser that recurses must not meet more than it can bear. */
-static enum tw_status check_extent(const char *bytes, size_t size, struct tw_error *error)
-{
-	if (size > TW_LIMIT_JSON_BYTES)
-		return tw_fail(error, TW_ERROR_LIMIT, "json-too-large", NULL, "the request has %zu bytes, more than %u",
-			       size, TW_LIMIT_JSON_BYTES);
-	if (size == 0)
-		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", NULL,
-			       "the request is empty; send a JSON object");
-	unsigned depth = 0;
-	bool in_string = false;
-	for (size_t i = 0; i < size; i++) {
-		char c = bytes[i];
-		if (in_string && c == '\\') {
-			i++;
-		} else if (c == '"') {
-			in_string = !in_string;
-		} else if (!in_string && (c == '[' || c == '{')) {
-			if (++depth > TW_LIMIT_JSON_DEPTH) {
-				char where[32];
-				snprintf(where, sizeof where, "byte %zu", i);
-				return tw_fail(error, TW_ERROR_INPUT, "json-too-deep", where,
-					       "the JSON nests deeper than %u", TW_LIMIT_JSON_DEPTH);
-			}
-		} else if (!in_string && (c == ']' || c == '}') && depth > 0) {
-			depth--;
-		}
-	}
-	return TW_OK;
-}
-
-static enum tw_status load(json_t **root, const char *bytes, size_t size, struct tw_error *error)
-{
-	json_error_t trouble;
-	*root = json_loadb(bytes, size, JSON_REJECT_DUPLICATES, &trouble);
-	if (*root)
-		return TW_OK;
-	if (json_error_code(&trouble) == json_error_out_of_memory)
-		return tw_fail_memory(error);
-	char where[64];
-	snprintf(where, sizeof where, "line %d column %d", trouble.line, trouble.column);
-	return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "not valid JSON: %s", trouble.text);
-}
 
 /* Weights that are off by rounding are normalised; weights that are not of this face are an error. */
 static enum tw_status read_barycentric(double weights[3], const json_t *value, const char *where,
@@ -223,8 +179,6 @@ static enum tw_status read_terminals(struct layout_request *request, const json_
 
 static enum tw_status read_root(struct layout_request *request, const json_t *root, struct tw_error *error)
 {
-	if (!json_is_object(root))
-		return tw_fail(error, TW_ERROR_INPUT, "json-type", NULL, "a layout request must be an object");
 	const char *key;
 	json_t *value;
 	json_object_foreach((json_t *)(uintptr_t)root, key, value)
@@ -256,9 +210,7 @@ enum tw_status layout_request_parse(struct layout_request *request, const char *
 	*request = (struct layout_request){0};
 	option_defaults(&layout_option_table, &request->options);
 	json_t *root;
-	enum tw_status status = check_extent(bytes, size, error);
-	if (!status)
-		status = load(&root, bytes, size, error);
+	enum tw_status status = option_json_parse(&root, bytes, size, error);
 	if (status)
 		return status;
 	status = read_root(request, root, error);

@@ -130,8 +130,8 @@ test('JSON that is malformed, no object, doubled, too deep or too large', async 
     await refuses(post(`{"a":${'['.repeat(200000)}`), 400, 'json-too-deep');
     await refuses(post(`{"a":"${'x'.repeat(5 << 20)}"}`), 413, 'too-large');
   }
-  assert.match((await field('')).json.detail, /the body is empty/);
-  assert.match((await layout('')).json.detail, /the request is empty/);
+  assert.match((await field('')).json.detail, /the JSON is empty/);
+  assert.match((await layout('')).json.detail, /the JSON is empty/);
   const plain = layout('{}', { 'content-type': 'text/plain' });
   const answer = await refuses(plain, 415, 'unsupported-media-type', 'Content-Type');
   assert.match(answer.json.detail, /text\/plain.*application\/json/);

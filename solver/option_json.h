@@ -1,0 +1,15 @@
+/* JSON that comes from outside, strictly: bounded in size and depth before anything is built from it, a member only
+ * once. */
+#ifndef SOLVER_OPTION_JSON_H
+#define SOLVER_OPTION_JSON_H
+
+#include "tightwire.h"
+
+#include <jansson.h>
+
+/* Parses one JSON object; *object is the caller's. TW_ERROR_LIMIT "json-too-large" above TW_LIMIT_JSON_BYTES,
+ * TW_ERROR_INPUT "json-too-deep" above TW_LIMIT_JSON_DEPTH, "json-malformed" with line and column, "json-type" for what
+ * is no object. */
+enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size, struct tw_error *error) TW_NODISCARD;
+
+#endif
