@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CORRIDOR_FIRST = 1500, REGION_MAX = 6000, MANY_TERMINALS = 24 };
+enum { CORRIDOR_FIRST = 1500, REGION_LEAST = 6000, REGION_SHARE = 16, MANY_TERMINALS = 24 };
 
 enum tw_status primal_first(struct search *search)
 {
@@ -154,8 +154,11 @@ static enum tw_status start_from_best(struct improver *improver)
 
 static enum tw_status exchange(struct improver *improver, uint32_t pieces_least, uint32_t pieces_most)
 {
+	/* On a finer mesh the same part of a suit has more vertices. */
+	const uint32_t share = improver->search->instance.vertex_count / REGION_SHARE;
+	const uint32_t region_max = share > REGION_LEAST ? share : REGION_LEAST;
 	for (uint32_t pieces = pieces_least; pieces <= pieces_most; pieces++)
-		primal_exchange_all(&improver->exchange, pieces, REGION_MAX, improver->work_end);
+		primal_exchange_all(&improver->exchange, pieces, region_max, improver->work_end);
 	return search_offer(improver->search, improver->tree.edge, improver->tree.edge_count);
 }
 
