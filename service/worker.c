@@ -60,10 +60,10 @@ struct worker {
 
 void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
 {
-	struct stat namespace = {0};
-	if (stat("/proc/self/ns/pid", &namespace))
-	namespace.st_ino = 0;
-	snprintf(name, WORKER_NAME_SIZE, "worker-%ld-%llu", (long)pid, (unsigned long long)namespace.st_ino);
+	struct stat own = {0};
+	if (stat("/proc/self/ns/pid", &own))
+		own.st_ino = 0;
+	snprintf(name, WORKER_NAME_SIZE, "worker-%ld-%llu", (long)pid, (unsigned long long)own.st_ino);
 }
 
 static bool is_dead(const char *name)

@@ -190,13 +190,6 @@ enum tw_status row_redrive(struct store *store, int64_t job, struct tw_error *er
 	return status == TW_OK ? row_count_needs(store, resource, error) : status;
 }
 
-enum tw_status row_fail_lost(const struct job_ticket *ticket, struct tw_error *error)
-{
-	return tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
-		       "the lease on %s ran out or the job was removed; its result is not wanted any more",
-		       ticket->job_id);
-}
-
 enum tw_status row_renew_lease(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
 			       const char *partial, bool *cancel, struct tw_error *error)
 {

@@ -50,7 +50,12 @@ enum tw_status row_redrive(struct store *store, int64_t job, struct tw_error *er
 enum tw_status row_count_needs(struct store *store, int64_t resource, struct tw_error *error) TW_NODISCARD;
 
 /* Fails with "lease-lost". */
-enum tw_status row_fail_lost(const struct job_ticket *ticket, struct tw_error *error);
+static inline enum tw_status row_fail_lost(const struct job_ticket *ticket, struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
+		       "the lease on %s ran out or the job was removed; its result is not wanted any more",
+		       ticket->job_id);
+}
 
 /* Renews a lease; `stage` and `partial` may be NULL. TW_ERROR_CONFLICT "lease-lost". */
 enum tw_status row_renew_lease(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,

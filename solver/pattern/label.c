@@ -114,7 +114,8 @@ static double cost(const struct label_page *page, const struct label_box *box, u
  * one further out, where it is not so clear what is named, only to get off another name or most of a line. */
 static double rank_price(int spot)
 {
-	return 0.001 * spot + 0.5 * (spot / NEAR_SPOTS);
+	int ring = spot / NEAR_SPOTS;
+	return 0.001 * spot + 0.5 * ring;
 }
 
 static void choose(const struct label_page *page, struct label *label, uint32_t others)
