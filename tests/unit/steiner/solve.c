@@ -156,6 +156,24 @@ static void totals_of_62_bits_are_exact(void **state)
 	assert_int_equal(solve(&c).weight, 6 * heavy - 1);
 }
 
+static void totals_beyond_62_bits_are_refused(void **state)
+{
+	(void)state;
+	const uint32_t ends[] = {0, 1, 1, 2, 2, 3, 3, 0};
+	const uint64_t totals[][4] = {
+		{UINT64_C(1) << 63, UINT64_C(1) << 63, 0, 0}, /* wraps to 0 */
+		{UINT64_MAX, UINT64_MAX, UINT64_MAX, 3},      /* wraps to 0 */
+		{UINT64_C(1) << 61, UINT64_C(1) << 61, 0, 0}, /* 2^62 */
+		{UINT64_MAX, 0, 0, 0},
+	};
+	struct graph graph;
+	for (size_t i = 0; i < sizeof totals / sizeof *totals; i++) {
+		struct tw_error error = {0};
+		assert_int_equal(graph_build(&graph, arena, 4, 4, ends, totals[i], &error), TW_ERROR_INPUT);
+		assert_true(*error.text != '\0');
+	}
+}
+
 static void a_hub_of_250_spokes_is_no_trouble(void **state)
 {
 	(void)state;
@@ -280,6 +298,7 @@ int main(void)
 		cmocka_unit_test(bad_terminals_are_refused),
 		cmocka_unit_test(zero_weights_give_a_tree_not_a_cycle),
 		cmocka_unit_test(totals_of_62_bits_are_exact),
+		cmocka_unit_test(totals_beyond_62_bits_are_refused),
 		cmocka_unit_test(a_hub_of_250_spokes_is_no_trouble),
 		cmocka_unit_test(all_vertices_terminals_is_a_spanning_tree),
 		cmocka_unit_test(a_tree_with_130_terminals_is_cut_to_them),
