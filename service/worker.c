@@ -66,6 +66,21 @@ void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
 	snprintf(name, WORKER_NAME_SIZE, "worker-%ld-%llu", (long)pid, (unsigned long long)own.st_ino);
 }
 
+/* A process that was killed but not yet waited for does nothing any more, either. */
+static bool is_gone(pid_t pid)
+{
+	char path[32], text[512] = "";
+	if (kill(pid, 0) != 0)
+		return errno == ESRCH;
+	snprintf(path, sizeof path, "/proc/%ld/stat", (long)pid);
+	FILE *file = fopen(path, "re");
+	if (!file)
+		return false;
+	const char *name_end = fgets(text, sizeof text, file) ? strrchr(text, ')') : NULL;
+	fclose(file);
+	return name_end && strchr("ZX", name_end[1] ? name_end[2] : ' ');
+}
+
 static bool is_dead(const char *name)
 {
 	static const char prefix[] = "worker-";
@@ -76,7 +91,7 @@ static bool is_dead(const char *name)
 	if (pid <= 0 || pid > INT_MAX)
 		return false;
 	worker_name(expected, (pid_t)pid);
-	return !strcmp(name, expected) && kill((pid_t)pid, 0) != 0 && errno == ESRCH;
+	return !strcmp(name, expected) && is_gone((pid_t)pid);
 }
 
 enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error)

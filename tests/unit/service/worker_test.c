@@ -361,19 +361,23 @@ static void a_worker_that_comes_back_late_is_refused(void **state)
 	fixture_is_sound(f);
 }
 
-/* Of three workers one is gone, one is this very process, and one lives where its process id says nothing to us. */
+/* Of four workers one is gone, one killed but not waited for, one this very process, and one lives where its process id
+ * says nothing to us. */
 static void only_the_leases_of_dead_workers_are_ended(void **state)
 {
 	struct fixture *f = *state;
-	char names[3][WORKER_NAME_SIZE], id[STORE_ID_SIZE];
-	pid_t child = fork();
-	if (child == 0)
+	char names[4][WORKER_NAME_SIZE], id[STORE_ID_SIZE];
+	siginfo_t ended;
+	pid_t child = fork(), zombie = child ? fork() : 0;
+	if (child == 0 || zombie == 0)
 		_exit(0);
 	waitpid(child, NULL, 0);
+	waitid(P_PID, (id_t)zombie, &ended, WEXITED | WNOWAIT);
 	worker_name(names[0], child);
 	worker_name(names[1], getpid());
 	snprintf(names[2], sizeof names[2], "worker-%ld-1", (long)child);
-	for (int i = 0; i < 3; i++) {
+	worker_name(names[3], zombie);
+	for (int i = 0; i < 4; i++) {
 		struct job_ticket ticket;
 		bool found = false;
 		create(f, (struct resource_draft){.kind = RESOURCE_LAYOUT}, id);
@@ -383,7 +387,9 @@ static void only_the_leases_of_dead_workers_are_ended(void **state)
 	ok(f, worker_abandon_dead(f->store, &f->error));
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 1 AND lease_until_ms > 0"), 2);
 	fixture_claim(f);
+	fixture_claim(f);
 	assert_true(fixture_nothing_to_claim(f));
+	waitpid(zombie, NULL, 0);
 }
 
 static void sigterm_lets_the_running_job_end(void **state)
