@@ -324,7 +324,7 @@ static enum tw_status bound_node(struct cut_search *cut, int *closed)
 }
 
 /* The vertex that the solution has most nearly by half; INSTANCE_NONE when all are decided. */
-static uint32_t choose_vertex(const struct cut_search *cut, double *share)
+static uint32_t choose_vertex(const struct cut_search *cut)
 {
 	const struct instance *instance = &cut->search->instance;
 	uint32_t best = INSTANCE_NONE;
@@ -345,7 +345,6 @@ static uint32_t choose_vertex(const struct cut_search *cut, double *share)
 			continue;
 		best = v;
 		best_distance = distance;
-		*share = entering;
 	}
 	return best;
 }
@@ -415,11 +414,11 @@ static void undo(struct cut_search *cut)
 		cut->problem.allowed[cut->fixed[--cut->fixed_count]] = 1;
 }
 
-static void branch(struct cut_search *cut, uint32_t vertex, double share)
+static void branch(struct cut_search *cut, uint32_t vertex)
 {
 	cut->decision[cut->depth++] = (struct decision){
 		.vertex = vertex,
-		.fate = share >= 0.5 ? IN : OUT,
+		.fate = IN,
 		.fixed_before = cut->fixed_count,
 	};
 	apply(cut);
@@ -452,10 +451,9 @@ static enum tw_status explore(struct cut_search *cut)
 			status = bound_node(cut, &closed);
 		if (status != TW_OK)
 			return status;
-		double share = 0;
-		const uint32_t vertex = closed ? INSTANCE_NONE : choose_vertex(cut, &share);
+		const uint32_t vertex = closed ? INSTANCE_NONE : choose_vertex(cut);
 		if (vertex != INSTANCE_NONE) {
-			branch(cut, vertex, share);
+			branch(cut, vertex);
 			continue;
 		}
 		if (!closed && (status = offer_spanning_tree(cut)) != TW_OK)
