@@ -16,6 +16,7 @@
 #include "solver/steiner/primal.h"
 #include "solver/steiner/primal_repeat.h"
 #include "solver/steiner/reduce.h"
+#include "solver/steiner/reduce_bound.h"
 
 /* Work units for each edge; from the second round on they double from round to round. */
 enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 400, PRIMAL_SHARE = 40, PROGRAM_SHARE = 200 };
@@ -44,6 +45,8 @@ static enum tw_status delete_and_reduce(struct search *search, const struct dual
 	enum tw_status status = fix_by_reduced_costs(search, dual, search_cutoff(search), &next, &empty);
 	if (status == TW_OK && !empty)
 		status = reduce_instance(search);
+	if (status == TW_OK && !empty)
+		status = reduce_by_bounds(search, &empty);
 	arena_release(search->arena, mark);
 	*done = status == TW_OK && (empty || search->instance.terminal_count < 2);
 	if (*done && !empty)

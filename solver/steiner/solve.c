@@ -2,6 +2,7 @@
 #include "solver/steiner/primal.h"
 #include "solver/steiner/prove.h"
 #include "solver/steiner/reduce.h"
+#include "solver/steiner/reduce_bound.h"
 #include "solver/steiner/search.h"
 
 #include <string.h>
@@ -15,9 +16,12 @@ static enum tw_status run_stages(struct search *search)
 	search_enter(search, "reductions");
 	double started_s = search_clock_s();
 	status = reduce_instance(search);
+	int empty = 0;
+	if (status == TW_OK && search->instance.terminal_count > 1)
+		status = reduce_by_bounds(search, &empty);
 	search->stats->seconds_reduce = search_clock_s() - started_s;
-	if (status == TW_OK && search->instance.terminal_count == 1) {
-		status = search_offer(search, NULL, 0);
+	if (status == TW_OK && (empty || search->instance.terminal_count == 1)) {
+		status = empty ? TW_OK : search_offer(search, NULL, 0);
 		if (status == TW_OK)
 			search->lower_bound = search->best_weight;
 		return status;
