@@ -24,7 +24,8 @@ struct setting {
 
 static const struct setting settings[] = {
 	{"listen", TEXT(listen, "127.0.0.1:8080", "address and port; port 0 takes a free one")},
-	{"store", TEXT(store, "sqlite:tightwire.db", "URL of the store")},
+	{"store", TEXT(store, "sqlite:tightwire.db",
+		       "URL of the store; limits may follow the path, ?limit_bytes=N&reserve_bytes=N")},
 	{"workers", INTEGER(workers, "2", 0, 256, "worker processes")},
 	{"worker-threads", INTEGER(worker_threads, "1", 1, 256, "threads of one computation; never changes a result")},
 	{"worker-memory-mib",
