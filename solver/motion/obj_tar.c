@@ -1,8 +1,8 @@
 /* A sequence of OBJ files in a tar. One file is in memory at a time; its faces are compared with those of the first, so
  * that a tool which reorders vertices on export is noticed.
  *
- * tar: 512-byte headers, each followed by its data padded to 512, and an empty one at the end (POSIX.1-2017, pax). Long names come in an entry
- * before their file: type L (GNU) or a path record of type x (pax). */
+ * tar: 512-byte headers, each followed by its data padded to 512, and an empty one at the end (POSIX.1-2017, pax). Long
+ * names come in an entry before their file: type L (GNU) or a path record of type x (pax). */
 #include "solver/garment/soup.h"
 #include "solver/motion/reader.h"
 
