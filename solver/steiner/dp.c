@@ -5,11 +5,13 @@
  * labels exist that an optimum could use; dp_grow.c says how that is known. Sets are handled by the number of their
  * terminals. A finished set is merged at once with every disjoint one that was finished before it, at the vertices
  * where both have useful labels: this makes the start labels of larger sets, which are complete when their turn comes,
- * because both parts of a merge are smaller.
+ * because both parts of a merge are smaller. So sets of one size can be grown ahead of their turn by other threads
+ * (dp_ahead.c); what they are merged to stays in order.
  *
  * Which finished sets could share a vertex is told by a *signature*: a bit for each of 64 groups of Voronoi regions. */
 #include "solver/steiner/dp.h"
 
+#include "solver/steiner/dp_ahead.h"
 #include "solver/steiner/dp_grow.h"
 
 #include <string.h>
@@ -35,8 +37,9 @@ struct dp {
 	struct search *search;
 	struct arena *arena;
 	struct dp_grower grower;
-	uint32_t root; /* index of the root terminal */
-	size_t words;  /* of a bit set of terminals */
+	struct dp_ahead *ahead; /* owned; NULL without helpers */
+	uint32_t root;          /* index of the root terminal */
+	size_t words;           /* of a bit set of terminals */
 
 	struct set *set; /* [set_count] */
 	uint64_t *bits;  /* [set_count * words] */
@@ -230,46 +233,88 @@ static enum tw_status finish(struct dp *dp, uint32_t s)
 	return TW_OK;
 }
 
-static void list_members(struct dp *dp, uint32_t s, uint32_t *count)
+static uint32_t list_members(const struct dp *dp, uint32_t s, uint32_t *member)
 {
-	*count = 0;
+	uint32_t count = 0;
 	for (size_t w = 0; w < dp->words; w++)
 		for (uint64_t rest = dp->bits[s * dp->words + w]; rest; rest &= rest - 1)
-			dp->member[(*count)++] = (uint32_t)(64 * w + (size_t)__builtin_ctzll(rest));
+			member[count++] = (uint32_t)(64 * w + (size_t)__builtin_ctzll(rest));
+	return count;
+}
+
+/* Only reads what threads share. */
+static void start_set(void *context, struct dp_grower *grower, uint32_t s, uint32_t *member)
+{
+	const struct dp *dp = context;
+	const uint32_t count = list_members(dp, s, member);
+	dp_grow_start(grower, member, count, dp->bits + s * dp->words);
+	if (count == 1)
+		dp_grow_add(grower, dp->search->instance.terminal[member[0]], 0, INSTANCE_NONE);
+	for (uint32_t i = dp->set[s].start; i != INSTANCE_NONE; i = dp->starts[i].next)
+		dp_grow_add(grower, dp->starts[i].vertex, dp->starts[i].cost, DP_MERGED | dp->starts[i].part);
+}
+
+static uint32_t next_set(void *context, uint32_t s)
+{
+	const struct dp *dp = context;
+	return dp->set[s].next;
+}
+
+/* From here on one thread will do. */
+static void send_helpers_home(struct dp *dp)
+{
+	dp_ahead_free(dp->ahead);
+	dp->ahead = NULL;
+}
+
+/* What comes of a set; borrowed until the next. */
+static struct dp_grown grow_set(struct dp *dp, uint32_t s)
+{
+	const size_t limit = dp->search->options->memory_limit;
+	if (dp->ahead && limit && arena_used(dp->arena) > limit / 2)
+		send_helpers_home(dp);
+	if (dp->ahead && dp_ahead_is_empty(dp->ahead))
+		dp_ahead_grow(dp->ahead, s, next_set, start_set, dp);
+	const struct dp_grown *ahead = dp->ahead ? dp_ahead_take(dp->ahead, s) : NULL;
+	if (ahead) {
+		dp->search->work += ahead->work;
+		return *ahead;
+	}
+	struct dp_grown grown = {.labels = dp->labels, .trails = dp->trails};
+	start_set(dp, &dp->grower, s, dp->member);
+	grown.count = dp_grow(&dp->grower, dp->labels, &grown.useful, dp->trails);
+	return grown;
+}
+
+/* Start labels are of no more use; others may take their place. */
+static void forget_starts(struct dp *dp, uint32_t s)
+{
+	uint32_t last = dp->set[s].start;
+	if (last == INSTANCE_NONE)
+		return;
+	while (dp->starts[last].next != INSTANCE_NONE)
+		last = dp->starts[last].next;
+	dp->starts[last].next = dp->free_start;
+	dp->free_start = dp->set[s].start;
 }
 
 static enum tw_status handle_set(struct dp *dp, uint32_t s)
 {
-	uint32_t member_count, useful;
-	list_members(dp, s, &member_count);
-	dp_grow_start(&dp->grower, dp->member, member_count, dp->bits + s * dp->words);
-	if (member_count == 1)
-		dp_grow_add(&dp->grower, dp->search->instance.terminal[dp->member[0]], 0, INSTANCE_NONE);
-	uint32_t last = INSTANCE_NONE;
-	for (uint32_t i = dp->set[s].start; i != INSTANCE_NONE; i = dp->starts[i].next) {
-		const struct start *start = &dp->starts[i];
-		dp_grow_add(&dp->grower, start->vertex, start->cost, DP_MERGED | start->part);
-		last = i;
-	}
-	if (last != INSTANCE_NONE) {
-		dp->starts[last].next = dp->free_start;
-		dp->free_start = dp->set[s].start;
-	}
-	struct set *set = &dp->set[s];
-	set->count = dp_grow(&dp->grower, dp->labels, &useful, dp->trails);
+	const struct dp_grown grown = grow_set(dp, s);
+	forget_starts(dp, s);
 	dp->search->stats->sets++;
-	dp->search->stats->labels += set->count;
-	if (!useful) {
-		set->count = 0;
+	dp->search->stats->labels += grown.count;
+	if (!grown.useful)
 		return search_spend(dp->search, 1) ? TW_OK : TW_ERROR_CANCELLED;
-	}
-	set->useful = useful;
-	set->labels = ARENA_ARRAY(dp->arena, useful, struct dp_label);
-	set->trails = ARENA_ARRAY(dp->arena, set->count, struct dp_trail);
+	struct set *set = &dp->set[s];
+	set->useful = grown.useful;
+	set->count = grown.count;
+	set->labels = ARENA_ARRAY(dp->arena, grown.useful, struct dp_label);
+	set->trails = ARENA_ARRAY(dp->arena, grown.count, struct dp_trail);
 	if (!set->labels || !set->trails)
 		return TW_ERROR_MEMORY;
-	memcpy(set->labels, dp->labels, useful * sizeof *set->labels);
-	memcpy(set->trails, dp->trails, set->count * sizeof *set->trails);
+	memcpy(set->labels, grown.labels, grown.useful * sizeof *set->labels);
+	memcpy(set->trails, grown.trails, grown.count * sizeof *set->trails);
 	return finish(dp, s);
 }
 
@@ -379,7 +424,9 @@ enum tw_status dp_solve(struct search *search, const struct dual *dual, uint64_t
 		memset(dp.by_size, 0xff, (k + 1) * sizeof *dp.by_size);
 		memset(dp.at, 0xff, n * sizeof *dp.at);
 		color_regions(&dp, dp.grower.frontier);
+		dp_ahead_new(&dp.ahead, &dp.grower, search->options->threads, search->options->memory_limit);
 		status = run(&dp, found);
+		dp_ahead_free(dp.ahead);
 	}
 	arena_release(search->arena, mark);
 	return status;

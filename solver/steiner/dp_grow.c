@@ -53,32 +53,51 @@ static enum tw_status fill_depth(struct dp_grower *grower)
 	return TW_OK;
 }
 
+/* What a grower writes to. */
+static enum tw_status allocate_scratch(struct dp_grower *grower, struct arena *arena)
+{
+	const struct instance *instance = &grower->search->instance;
+	const size_t n = instance->vertex_count, labels = 2 * (size_t)instance->edge_count + n;
+	grower->cell = ARENA_ZEROED(arena, n, struct dp_cell);
+	grower->heap = (struct heap){.entry = ARENA_ARRAY(arena, labels, struct heap_entry)};
+	grower->ball = ARENA_ARRAY(arena, n, uint32_t);
+	grower->needed = ARENA_ZEROED(arena, n, uint8_t);
+	grower->outside = ARENA_ZEROED(arena, n, struct dp_outside);
+	grower->component = ARENA_ARRAY(arena, n + 1, struct dp_component);
+	grower->frontier = ARENA_ARRAY(arena, n, uint32_t);
+	return grower->cell && grower->heap.entry && grower->ball && grower->needed && grower->outside &&
+			       grower->component && grower->frontier
+		       ? TW_OK
+		       : TW_ERROR_MEMORY;
+}
+
 enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, const struct dual *dual, uint64_t cutoff)
 {
 	const struct instance *instance = &search->instance;
-	size_t n = instance->vertex_count;
 	*grower = (struct dp_grower){
 		.search = search,
 		.dual = search_uses(search, STEINER_FUTURE_COST) ? dual : NULL,
 		.cutoff = cutoff,
 		.room = dual ? fix_room(dual, cutoff) : 0,
 		.root = dual ? dual->root : 0,
-		.arc = ARENA_ARRAY(search->arena, 2 * (size_t)instance->edge_count, struct dp_arc),
-		.cell = ARENA_ZEROED(search->arena, n, struct dp_cell),
-		.heap = {.entry = ARENA_ARRAY(search->arena, 2 * (size_t)instance->edge_count + n, struct heap_entry)},
-		.ball = ARENA_ARRAY(search->arena, n, uint32_t),
-		.needed = ARENA_ZEROED(search->arena, n, uint8_t),
-		.outside = ARENA_ZEROED(search->arena, n, struct dp_outside),
-		.component = ARENA_ARRAY(search->arena, n + 1, struct dp_component),
-		.frontier = ARENA_ARRAY(search->arena, n, uint32_t),
 	};
-	if (!grower->arc || !grower->cell || !grower->heap.entry || !grower->ball || !grower->needed ||
-	    !grower->outside || !grower->component || !grower->frontier)
+	struct dp_arc *arc = ARENA_ARRAY(search->arena, 2 * (size_t)instance->edge_count, struct dp_arc);
+	if (!arc)
 		return TW_ERROR_MEMORY;
 	for (uint32_t a = 0; a < 2 * instance->edge_count; a++)
-		grower->arc[a] =
-			(struct dp_arc){instance->head[a], instance->edge[a], instance->weight[instance->edge[a]]};
-	return grower->dual ? fill_depth(grower) : TW_OK;
+		arc[a] = (struct dp_arc){instance->head[a], instance->edge[a], instance->weight[instance->edge[a]]};
+	grower->arc = arc;
+	const enum tw_status status = allocate_scratch(grower, search->arena);
+	return status == TW_OK && grower->dual ? fill_depth(grower) : status;
+}
+
+enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, const struct dp_grower *from,
+			       struct search *books)
+{
+	*grower = *from;
+	grower->search = books;
+	grower->epoch = grower->outside_epoch = 0;
+	return allocate_scratch(grower, arena);
 }
 
 /* --- the outside -------------------------------------------------------------------------------------------------- */

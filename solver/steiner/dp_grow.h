@@ -59,8 +59,8 @@ struct dp_grower {
 	uint32_t *depth;         /* [vertex_count * terminal_count] sum over t's balls of radius - distance */
 	uint32_t *from_root;     /* [vertex_count] */
 
-	struct dp_arc *arc;   /* [2 * edge_count] */
-	struct dp_cell *cell; /* [vertex_count] */
+	const struct dp_arc *arc; /* [2 * edge_count] */
+	struct dp_cell *cell;     /* [vertex_count] */
 	uint32_t epoch;
 	struct heap heap;
 	uint32_t *ball; /* [ball_count] settled vertices and obstacles in the order of their costs */
@@ -84,6 +84,11 @@ struct dp_grower {
 
 enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, const struct dual *dual,
 			      uint64_t cutoff) TW_NODISCARD;
+
+/* A second grower for the same sets, whose scratch is taken from `arena`: both can grow at once. `books` is a copy of
+ * from->search that counts the work; it must live as long. TW_ERROR_MEMORY. */
+enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, const struct dp_grower *from,
+			       struct search *books) TW_NODISCARD;
 
 /* Starts on a set: `members` are its terminals, `bits` the same. Then come the start labels, then dp_grow. */
 void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t member_count, const uint64_t *bits);

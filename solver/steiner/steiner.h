@@ -45,7 +45,8 @@ struct steiner_options {
 	double time_limit_s; /* wall clock; 0 for none. Makes the answer depend on the machine */
 	uint64_t work_limit; /* work units; 0 for none. Deterministic */
 	size_t memory_limit; /* bytes of scratch memory; 0 for none. Deterministic */
-	unsigned threads;    /* 0 and 1: the calling thread only. Never changes the answer */
+	unsigned threads; /* that grow terminal sets; 0 and 1: the calling one only. Never changes the answer: helpers
+			     go home when memory becomes scarce, and what they hold does not count */
 	uint64_t disable; /* set of enum steiner_feature bits switched off, for tests: the value must stay the same */
 	/* Called from the calling thread, at stage ends and at most some times a second; may be NULL. */
 	void (*progress)(void *context, const struct steiner_progress *progress);
