@@ -144,6 +144,7 @@ enum tw_status dual_transfer(struct dual *dual, struct search *search, const str
 			return TW_ERROR_MEMORY;
 		ball.start = dual->member_count;
 		ball.count = 0;
+		ball.epoch = 0; /* the new dual counts its steps from 1 */
 		for (uint32_t i = 0; i < from->ball[b].count; i++) {
 			uint32_t v = number[member[i].vertex];
 			if (v != INSTANCE_NONE)
