@@ -10,10 +10,10 @@
 
 #include <string.h>
 
-enum { ROOTS = 4, ROOT_SHARE = 120, IMPROVE_SHARE = 6400, LEAST_SHARE = 800 }; /* work units for each edge */
+enum { ASCENT_SHARE = 150, IMPROVE_SHARE = 2200, LEAST_SHARE = 300 }; /* work units for each edge */
 
 /* Large graphs get less for each edge. */
-static const uint64_t improve_work_most = 2000000000;
+static const uint64_t improve_work_most = 700000000;
 
 /* The caller's graph as an instance without noise. */
 static enum tw_status set_up(struct search *search)
@@ -30,8 +30,7 @@ static enum tw_status set_up(struct search *search)
 static enum tw_status grow_dual(struct search *search, struct dual *dual)
 {
 	const uint64_t edges = search->instance.edge_count;
-	const uint32_t stride = search->instance.terminal_count / ROOTS + 1;
-	enum tw_status status = dual_ascend_best(dual, search, ROOTS, stride, ROOT_SHARE * edges);
+	enum tw_status status = dual_ascend_best(dual, search, ASCENT_SHARE * edges);
 	uint64_t effort = IMPROVE_SHARE * edges < improve_work_most ? IMPROVE_SHARE * edges : improve_work_most;
 	if (effort < LEAST_SHARE * edges)
 		effort = LEAST_SHARE * edges;
@@ -161,6 +160,8 @@ enum tw_status steiner_certify(const struct graph *graph, const uint32_t *termin
 		.stats = &stats,
 		.arena = arena_new(memory_limit),
 		.best_weight = tree->weight,
+		.best_edges = tree->edges,
+		.best_count = tree->edge_count,
 		.assumed = UINT64_MAX,
 		.started_s = search_clock_s(),
 		.stage = "certificate",

@@ -2,11 +2,21 @@
 #include "solver/steiner/dual.h"
 
 #include "solver/steiner/dual_ball.h"
+#include "solver/steiner/dual_guide.h"
 #include "solver/steiner/dual_queue.h"
 
 #include <string.h>
 
-enum { NEAR_COUNT = 12 };
+enum { NEAR_COUNT = 24 };
+
+uint64_t dual_draw(struct dual *dual, uint64_t below)
+{
+	dual->random += 0x9e3779b97f4a7c15u;
+	uint64_t x = dual->random;
+	x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+	x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+	return (x ^ (x >> 31)) % below;
+}
 
 uint32_t dual_coarse(const struct dual *dual, uint64_t fine)
 {
@@ -59,7 +69,7 @@ static enum tw_status allocate(struct dual *dual, struct search *search, size_t 
 		return TW_ERROR_MEMORY;
 	memset(dual->distance, 0xff, n * sizeof *dual->distance);
 	fill_arcs(dual);
-	return TW_OK;
+	return dual_guide_allocate(dual, search);
 }
 
 enum tw_status dual_init(struct dual *dual, struct search *search, uint32_t root)
@@ -68,7 +78,33 @@ enum tw_status dual_init(struct dual *dual, struct search *search, uint32_t root
 	while (search_cutoff(search) >> dual->coarse_shift >= DUAL_FAR)
 		dual->coarse_shift++;
 	enum tw_status status = allocate(dual, search, 0);
-	return status == TW_OK ? dual_survey(dual, search) : status;
+	if (status == TW_OK)
+		status = dual_survey(dual, search);
+	return status == TW_OK ? dual_guide(dual, search) : status;
+}
+
+enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from)
+{
+	*dual = (struct dual){.root = from->root, .random = 1, .coarse_shift = from->coarse_shift};
+	const enum tw_status status = allocate(dual, search, 0);
+	dual->near = from->near;
+	dual->near_distance = from->near_distance;
+	dual->middle = from->middle;
+	return status;
+}
+
+enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root)
+{
+	const struct instance *instance = dual->instance;
+	dual->root = root;
+	dual->bound = 0;
+	dual->ball_count = 0;
+	dual->member_count = 0;
+	memset(dual->value, 0, instance->terminal_count * sizeof *dual->value);
+	for (size_t a = 0; a < 2 * (size_t)instance->edge_count; a++)
+		dual->arc[a].cost = dual_coarse(dual, instance->weight[instance->edge[a]]);
+	search->work += instance->edge_count / 4;
+	return dual_guide(dual, search);
 }
 
 void dual_from_root(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *from_root)

@@ -61,14 +61,30 @@ struct dual {
 	uint32_t near_count;
 	uint32_t *near_distance; /* [terminal_count] to the nearest */
 	uint32_t epoch;          /* counts the steps of the local search */
-	uint64_t *inner;         /* [terminal_count] scratch */
-	uint64_t *middle;        /* [terminal_count] small for terminals in the middle of all: they make good roots */
-	uint64_t random;         /* state of the generator that picks what to grow anew */
+	/* The tree that the growth is guided by, hanging from the root; none when guide_count is 0. dual_guide.h. */
+	uint32_t guide_count;   /* vertices */
+	uint32_t *guide_vertex; /* [guide_count] each after its parent */
+	uint32_t *guide_first;  /* [vertex_count + 1] rows of guide_next */
+	uint32_t *guide_next;   /* neighbours in the tree */
+	uint32_t *guide_parent; /* [vertex_count] INSTANCE_NONE at the root and outside of the tree */
+	uint8_t *inside;        /* [vertex_count] scratch: the vertex is in the ball that grows; 0 between calls */
+	struct dual_fault *fault;
+	uint32_t fault_count, fault_capacity;
+	uint64_t fault_sum; /* of the losses */
+
+	uint64_t *inner;  /* [terminal_count] scratch */
+	uint64_t *middle; /* [terminal_count] small for terminals in the middle of all: they make good roots */
+	uint64_t random;  /* state of the generator that picks what to grow anew */
 };
 
-/* Sets up a dual without balls for search->instance; `root`: index of a terminal. Everything is allocated from
+/* Sets up a dual without balls for search->instance; `root`: index of a terminal. The search's best tree is its guide
+ * (dual_guide.c), and becomes so again with every dual_improve. Everything is allocated from
  * search->arena and stays until the caller releases it. There must be a tree (its weight chooses coarse_shift). */
 enum tw_status dual_init(struct dual *dual, struct search *search, uint32_t root) TW_NODISCARD;
+
+/* The same, with the survey of `from`, for any root: it may ascend after dual_restart, which takes all balls away. */
+enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from) TW_NODISCARD;
+enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root) TW_NODISCARD;
 
 /* For dual_init: fills near, near_distance and middle. Below, what a fine weight is in coarse units. */
 enum tw_status dual_survey(struct dual *dual, struct search *search) TW_NODISCARD;
@@ -80,11 +96,10 @@ enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned fa
 /* Grows all terminals as far as they can go. */
 enum tw_status dual_extend(struct dual *dual, struct search *search) TW_NODISCARD;
 
-/* Sets up, grows and improves (`effort` work units each, about) a dual for each of `candidates` terminals, every
- * `stride`th in the order from the middle outward, and makes *dual the best. The value of the relaxation does not
- * depend on the root, but what an ascent reaches does: by several per cent. */
-enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint32_t candidates, uint32_t stride,
-				uint64_t effort) TW_NODISCARD;
+/* Sets up a dual and ascends from some roots in the middle and with some factors, as long as they take less than
+ * `effort` work units, and at least once: *dual becomes the best. The value of the relaxation does not depend on the
+ * root, but what an ascent reaches depends on it and on the factor, by several per cent. */
+enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint64_t effort) TW_NODISCARD;
 
 /* Takes out the balls of a few neighbouring terminals, grows them anew in another order, and keeps what is no worse,
  * until about `effort` work units are spent or the bound reaches `target` (fine). */

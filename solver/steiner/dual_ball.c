@@ -10,6 +10,7 @@
  * cost. */
 #include "solver/steiner/dual_ball.h"
 
+#include "solver/steiner/dual_guide.h"
 #include "solver/steiner/dual_queue.h"
 
 #include <string.h>
@@ -55,7 +56,7 @@ void dual_take_out(struct dual *dual, struct search *search, struct dual_ball *b
 	ball->applied = 0;
 	dual->value[ball->terminal] -= ball->radius;
 	dual->bound -= ball->radius;
-	search->work += 6 * (uint64_t)ball->count;
+	search->work += 2 * (uint64_t)ball->count;
 }
 
 void dual_put_back(struct dual *dual, struct search *search, struct dual_ball *ball)
@@ -66,7 +67,7 @@ void dual_put_back(struct dual *dual, struct search *search, struct dual_ball *b
 	ball->applied = 1;
 	dual->value[ball->terminal] += ball->radius;
 	dual->bound += ball->radius;
-	search->work += 6 * (uint64_t)ball->count;
+	search->work += 2 * (uint64_t)ball->count;
 }
 
 /* Slides the live balls together; returns false when even so there is no room for one more, and no memory for it. */
@@ -111,10 +112,17 @@ int dual_make_room(struct dual *dual)
 	       slide(dual);
 }
 
-/* The distances around the terminal up to the root or `limit`, into the free end of dual->member; returns the radius.
- * Vertices that were reached, but not settled, keep their distance: `*reached` of them are left in queue and stack. */
-static uint32_t settle(struct dual *dual, uint32_t terminal, uint32_t limit, struct dual_ball *ball, size_t *queued,
-		       size_t *stacked)
+/* What settling leaves behind: vertices that were reached, but not settled, in queue and stack. */
+struct dual_front {
+	uint32_t settled; /* at the free end of dual->member */
+	uint32_t radius;
+	size_t queued, stacked;
+	enum dual_stop stop;
+};
+
+/* The distances around the terminal up to the root, `limit`, or what the guide allows. A ball's vertices at one
+ * distance are settled before the guide is asked, because they come in together. */
+static inline struct dual_front settle(struct dual *dual, uint32_t terminal, uint32_t limit, int guided)
 {
 	const struct instance *instance = dual->instance;
 	const uint32_t *first = instance->first;
@@ -122,16 +130,22 @@ static uint32_t settle(struct dual *dual, uint32_t terminal, uint32_t limit, str
 	struct dual_member *member = dual->member + dual->member_count;
 	uint32_t *distance = dual->distance, *stack = dual->stack;
 	uint64_t *queue = dual->queue;
-	uint32_t root = instance->terminal[dual->root], count = 0, d = 0;
-	size_t in_queue = 0, in_stack = 0;
+	const uint32_t root = instance->terminal[dual->root];
+	uint32_t count = 0, d = 0;
+	int32_t parts = 0;
+	size_t queued = 0, stacked = 0;
+	enum dual_stop stop = DUAL_AT_LIMIT;
 	distance[instance->terminal[terminal]] = 0;
-	stack[in_stack++] = instance->terminal[terminal];
+	stack[stacked++] = instance->terminal[terminal];
 	for (;;) {
 		uint32_t v;
-		if (in_stack) {
-			v = stack[--in_stack];
-		} else if (in_queue) {
-			uint64_t key = queue_pop(queue, &in_queue);
+		if (stacked) {
+			v = stack[--stacked];
+		} else if (guided && parts > 1) {
+			stop = DUAL_AT_GUIDE;
+			break;
+		} else if (queued) {
+			uint64_t key = queue_pop(queue, &queued);
 			v = (uint32_t)key;
 			if (distance[v] != (uint32_t)(key >> 32))
 				continue;
@@ -140,11 +154,15 @@ static uint32_t settle(struct dual *dual, uint32_t terminal, uint32_t limit, str
 			d = limit;
 			break;
 		}
+		member[count++] = (struct dual_member){v, d};
 		if (v == root) {
-			member[count++] = (struct dual_member){v, d};
+			stop = DUAL_AT_ROOT;
 			break;
 		}
-		member[count++] = (struct dual_member){v, d};
+		if (guided) {
+			dual->inside[v] = 1;
+			parts += dual_guide_parts(dual, v);
+		}
 		for (uint32_t a = first[v], end = first[v + 1]; a < end; a++) {
 			uint32_t u = arc[a].tail, longer = d + arc[a].cost;
 			if (longer >= distance[u] || longer >= limit)
@@ -153,41 +171,51 @@ static uint32_t settle(struct dual *dual, uint32_t terminal, uint32_t limit, str
 			if (u == root)
 				limit = longer + 1;
 			if (longer == d)
-				stack[in_stack++] = u;
+				stack[stacked++] = u;
 			else
-				queue_push(queue, &in_queue, (uint64_t)longer << 32 | u);
+				queue_push(queue, &queued, (uint64_t)longer << 32 | u);
 		}
 	}
-	ball->count = count;
-	*queued = in_queue;
-	*stacked = in_stack;
-	return d;
+	return (struct dual_front){.settled = count, .radius = d, .queued = queued, .stacked = stacked, .stop = stop};
 }
 
-/* Grows a ball and takes its shares. `limit`: the largest radius. Returns the radius; 0 leaves no ball. */
-uint32_t dual_grow(struct dual *dual, struct search *search, uint32_t terminal, uint32_t limit)
+static void wipe(struct dual *dual, const struct dual_front *front, int guided)
 {
-	struct dual_ball ball = {.terminal = terminal, .start = dual->member_count, .epoch = dual->epoch, .applied = 1};
-	size_t queued, stacked;
-	ball.radius = settle(dual, terminal, limit < DUAL_FAR ? limit : DUAL_FAR, &ball, &queued, &stacked);
-	const struct dual_member *member = dual->member + ball.start;
-	uint32_t settled = ball.count;
+	const struct dual_member *member = dual->member + dual->member_count;
+	for (uint32_t i = 0; i < front->settled; i++)
+		dual->distance[member[i].vertex] = UINT32_MAX;
+	for (uint32_t i = 0; guided && i < front->settled; i++)
+		dual->inside[member[i].vertex] = 0;
+	for (size_t i = 0; i < front->queued; i++)
+		dual->distance[(uint32_t)dual->queue[i]] = UINT32_MAX;
+	for (size_t i = 0; i < front->stacked; i++)
+		dual->distance[dual->stack[i]] = UINT32_MAX;
+}
+
+enum dual_stop dual_grow(struct dual *dual, struct search *search, uint32_t terminal, uint32_t limit, int guided)
+{
+	const uint32_t most = limit < DUAL_FAR ? limit : DUAL_FAR;
+	const struct dual_front front = guided ? settle(dual, terminal, most, 1) : settle(dual, terminal, most, 0);
+	const struct dual_member *member = dual->member + dual->member_count;
+	struct dual_ball ball = {
+		.terminal = terminal,
+		.radius = front.radius,
+		.start = dual->member_count,
+		.count = front.settled,
+		.epoch = dual->epoch,
+		.applied = 1,
+	};
 	while (ball.count && member[ball.count - 1].distance >= ball.radius)
 		ball.count--;
 	if (ball.radius)
 		shift_costs(dual, &ball, 0);
-	for (uint32_t i = 0; i < settled; i++)
-		dual->distance[member[i].vertex] = UINT32_MAX;
-	for (size_t i = 0; i < queued; i++)
-		dual->distance[(uint32_t)dual->queue[i]] = UINT32_MAX;
-	for (size_t i = 0; i < stacked; i++)
-		dual->distance[dual->stack[i]] = UINT32_MAX;
-	search->work += 12 * (uint64_t)settled + 4;
-	if (!ball.radius)
-		return 0;
-	dual->ball[dual->ball_count++] = ball;
-	dual->member_count += ball.count;
-	dual->value[terminal] += ball.radius;
-	dual->bound += ball.radius;
-	return ball.radius;
+	wipe(dual, &front, guided);
+	search->work += 4 * (uint64_t)front.settled + 4;
+	if (ball.radius) {
+		dual->ball[dual->ball_count++] = ball;
+		dual->member_count += ball.count;
+		dual->value[terminal] += ball.radius;
+		dual->bound += ball.radius;
+	}
+	return front.stop;
 }

@@ -14,6 +14,14 @@
 #include "solver/steiner/dp.h"
 #include "solver/steiner/fix.h"
 
+/* What the next guess will take, from what the last two took: their growth goes on, and is fourfold at first. */
+static uint64_t foresee(uint64_t last, uint64_t before)
+{
+	if (!before)
+		return 4 * last;
+	return last > 2 * before ? last * (last / before) : 2 * last;
+}
+
 /* Solves search->instance under the guess; the instance may shrink. */
 static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, uint64_t guess, int *found)
 {
@@ -62,7 +70,7 @@ static uint64_t first_step(uint64_t bound, uint64_t gap)
 
 enum tw_status guess_solve(struct search *search, const struct dual *dual)
 {
-	uint64_t bound = dual_fine_bound(dual), proven = search_proven(search);
+	uint64_t bound = dual_fine_bound(dual), proven = search_proven(search), spent = 0, spent_before = 0;
 	if (proven > bound)
 		bound = proven;
 	uint64_t step = bound < search_cutoff(search) ? first_step(bound, search_cutoff(search) - bound) : 0;
@@ -75,12 +83,17 @@ enum tw_status guess_solve(struct search *search, const struct dual *dual)
 		if (guess > cutoff)
 			guess = cutoff;
 		int found;
+		if (search->budget_end && search->work + foresee(spent, spent_before) > search->budget_end)
+			return TW_ERROR_CANCELLED;
+		const uint64_t before = search->work;
 		search_enter(search, "dynamic program");
 		enum tw_status status = try_guess(search, dual, guess, &found);
 		if (status != TW_OK)
 			return status;
 		if (found)
 			break;
+		spent_before = spent;
+		spent = search->work - before;
 		bound = guess;
 		search_bound(search, bound);
 		step *= 2;

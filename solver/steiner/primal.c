@@ -9,12 +9,33 @@
 #include "solver/steiner/primal.h"
 
 #include "solver/steiner/primal_exchange.h"
+#include "solver/steiner/primal_grow.h"
 #include "solver/steiner/primal_path.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { CORRIDOR_FIRST = 1500, REGION_LEAST = 6000, REGION_SHARE = 16, MANY_TERMINALS = 24 };
+enum { CORRIDOR_FIRST = 1500, REGION_LEAST = 6000, REGION_SHARE = 16 };
+enum { FIRST_ROOTS = 4, FIRST_WORK = 1000000, GROW_SHARE = 20 };
+
+/* Trees that grow from a few terminals, as long as that takes little: they are much lighter than the first. */
+static enum tw_status offer_grown(struct search *search, uint32_t *edges)
+{
+	const uint32_t terminals = search->instance.terminal_count;
+	const uint64_t work_end = search->work + FIRST_WORK;
+	for (uint32_t i = 0; i < FIRST_ROOTS && search->work < work_end; i++) {
+		const uint32_t start = search->instance.terminal[(uint64_t)i * terminals / FIRST_ROOTS];
+		uint32_t count;
+		enum tw_status status =
+			primal_grow_tree(search, search->instance.weight, NULL, start,
+					 GROW_SHARE * (uint64_t)search->instance.edge_count, edges, &count);
+		if (status == TW_OK && count)
+			status = search_offer(search, edges, count);
+		if (status != TW_OK)
+			return status == TW_ERROR_MEMORY ? TW_OK : status;
+	}
+	return TW_OK;
+}
 
 enum tw_status primal_first(struct search *search)
 {
@@ -25,6 +46,8 @@ enum tw_status primal_first(struct search *search)
 		edges ? primal_path_connect(search, search->instance.weight, NULL, edges, &count) : TW_ERROR_MEMORY;
 	if (status == TW_OK)
 		status = search_offer(search, edges, count);
+	if (status == TW_OK && search_uses(search, STEINER_PRIMAL) && search->instance.terminal_count > 2)
+		status = offer_grown(search, edges);
 	arena_release(search->arena, mark);
 	return status;
 }
@@ -115,26 +138,25 @@ static enum tw_status cost_of_best(struct improver *improver)
 	struct search *search = improver->search;
 	const struct instance *instance = &search->instance;
 	const struct arena_mark mark = arena_mark(search->arena);
-	const size_t leaves = instance->origin_leaf_count;
-	uint8_t *inside = ARENA_ZEROED(search->arena, leaves + instance->pair_count, uint8_t);
-	if (!inside)
-		return TW_ERROR_MEMORY;
-	for (uint32_t i = 0; i < search->best_count; i++)
-		inside[search->best_edges[i]] = 1;
-	for (uint32_t p = 0; p < instance->pair_count; p++)
-		inside[leaves + p] = inside[instance->pair[p][0]] && inside[instance->pair[p][1]];
-	for (uint32_t e = 0; e < instance->edge_count; e++)
-		improver->cost[e] = inside[instance->origin[e]] ? 0 : instance->weight[e];
+	uint8_t *is_best = ARENA_ARRAY(search->arena, instance->edge_count, uint8_t);
+	const enum tw_status status = is_best ? search_mark_best(search, is_best) : TW_ERROR_MEMORY;
+	for (uint32_t e = 0; status == TW_OK && e < instance->edge_count; e++)
+		improver->cost[e] = is_best[e] ? 0 : instance->weight[e];
 	arena_release(search->arena, mark);
-	return TW_OK;
+	return status;
 }
 
 /* The tree in hand becomes a new one, inside the corridor. */
 static enum tw_status start_new(struct improver *improver)
 {
+	struct search *search = improver->search;
+	const uint64_t *weight = search->instance.weight;
 	uint32_t count = 0;
-	const enum tw_status status = primal_path_connect(improver->search, improver->search->instance.weight,
-							  improver->connect.allowed, improver->edges, &count);
+	enum tw_status status = primal_grow_tree(
+		search, weight, improver->connect.allowed, search->instance.terminal[improver->dual->root],
+		GROW_SHARE * (uint64_t)search->instance.edge_count, improver->edges, &count);
+	if (status == TW_OK && !count)
+		status = primal_path_connect(search, weight, improver->connect.allowed, improver->edges, &count);
 	if (status == TW_OK)
 		primal_tree_set(&improver->tree, improver->edges, count, 1);
 	return status;
@@ -194,9 +216,7 @@ enum tw_status primal_improve(struct search *search, const struct dual *dual, ui
 	const struct arena_mark mark = arena_mark(search->arena);
 	struct improver improver;
 	enum tw_status status = improver_init(&improver, search, dual);
-	/* A pass over all seeds costs as many searches as there are terminals. */
-	const uint64_t terminals = search->instance.terminal_count;
-	improver.work_end = search->work + (terminals > MANY_TERMINALS ? effort / MANY_TERMINALS * terminals : effort);
+	improver.work_end = search->work + effort;
 	if (status == TW_OK && dual) {
 		status = widen(&improver);
 	} else if (status == TW_OK) {

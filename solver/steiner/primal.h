@@ -10,7 +10,7 @@ enum tw_status primal_first(struct search *search) TW_NODISCARD;
 
 /* Better trees: starts from the best one and from shortest-path heuristics guided by the reduced costs of `dual` (may
  * be NULL; it belongs to the present instance), then exchanges and recombines. `effort`: work units to spend,
- * about; more in proportion where terminals are many. */
+ * about. */
 enum tw_status primal_improve(struct search *search, const struct dual *dual, uint64_t effort) TW_NODISCARD;
 
 #endif

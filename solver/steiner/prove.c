@@ -1,8 +1,8 @@
 /* Purpose: rounds of bounds, trees and exact stages, each with more effort than the one before.
  *
  * How long the dynamic program takes depends steeply on the gap of the dual bound, and how hard the instance is, is not
- * known before. So the first round gives it hardly more than the first ascent, which is enough for many instances; from
- * then on the efforts for dual, trees and exact stages double, until one of these comes to its end.
+ * known before. So the first round gives it a little more than the first ascents took, which is enough for many
+ * instances; from then on the efforts for dual, trees and exact stages double, until one of these comes to its end.
  *
  * Dynamic programming over terminal sets is unbeatable where separators are small and terminals few; branch and cut
  * does not mind many terminals but solves large linear programs. Which one suits an instance shows only in the doing.
@@ -19,10 +19,10 @@
 #include "solver/steiner/reduce_bound.h"
 
 /* Work units for each edge; from the second round on they double from round to round. */
-enum { FIRST_PROGRAM_SHARE = 700, RACE_SHARE = 120, DUAL_SHARE = 400, PRIMAL_SHARE = 40, PROGRAM_SHARE = 200 };
-enum { LEAST_BUDGET = 10000000, MOST_ROUNDS = 20, RACERS = 4 };
+enum { DUAL_SHARE = 2, PRIMAL_SHARE = 1, MOST_TERMINALS = 100 }; /* also for each terminal, up to so many */
+enum { PROGRAM_SHARE = 100, FEW_SHARE = 30000, LEAST_BUDGET = 3000000, MOST_ROUNDS = 20, SHRINKS = 2 };
 enum { CUT_TERMINALS = 64, FEW_TERMINALS = 14, CUT_ROUND = 4 };
-enum { SMALL_EDGES = 60000, REPEAT_SHARE = 50 };
+enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, REPEAT_SHARE = 50 };
 
 static int is_small(const struct search *search)
 {
@@ -99,26 +99,6 @@ static enum tw_status solve_by_cuts(struct cutter *cutter, struct search *search
 	return status;
 }
 
-/* The dual's share of a round: at first roots compete, later the winner improves. */
-static enum tw_status raise_bound(struct search *search, struct dual *dual, unsigned round, uint64_t edges)
-{
-	uint32_t stride = search->instance.terminal_count / RACERS + 1;
-	if (!search_uses(search, STEINER_REASCENT))
-		return TW_OK;
-	search_enter(search, "dual ascent");
-	enum tw_status status = TW_OK;
-	if (round == 1) {
-		struct dual best;
-		status = dual_ascend_best(&best, search, RACERS, stride, RACE_SHARE * edges);
-		if (status == TW_OK && best.bound > dual->bound)
-			*dual = best;
-	}
-	if (status == TW_OK)
-		status = dual_improve(dual, search, (DUAL_SHARE * edges) << round, search_cutoff(search));
-	search_bound(search, dual_fine_bound(dual));
-	return status;
-}
-
 /* Deletes for good what no tree as light as the best one uses. The best tree itself stays, because the heuristics start
  * from it. What is left is smaller, and where deleted edges were ways round, terminals can grow further. */
 static enum tw_status shrink(struct search *search, struct dual *dual)
@@ -147,22 +127,60 @@ static enum tw_status repeat_paths(struct search *search, unsigned round)
 			     ((uint64_t)instance->edge_count * REPEAT_SHARE) << round);
 }
 
-/* A better dual and a better tree. */
-static enum tw_status prepare(struct search *search, struct dual *dual, unsigned round, uint64_t edges)
+/* The dual's share of a round. Every deletion makes the steps after it cheaper. */
+static enum tw_status raise_bound(struct search *search, struct dual *dual, uint64_t effort)
 {
-	double started_s = search_clock_s();
-	enum tw_status status = raise_bound(search, dual, round, edges);
-	double raised_s = search_clock_s();
-	search->stats->seconds_dual += raised_s - started_s;
-	if (status == TW_OK && !search_is_proven(search)) {
-		search_enter(search, "primal heuristics");
-		status = is_small(search) ? repeat_paths(search, round) : TW_OK;
-		if (status == TW_OK)
-			status = primal_improve(search, dual, (PRIMAL_SHARE * edges) << round);
+	enum tw_status status = shrink(search, dual);
+	if (!search_uses(search, STEINER_REASCENT))
+		return status;
+	for (uint32_t i = 0; status == TW_OK && i < SHRINKS && !search_is_proven(search); i++) {
+		status = dual_improve(dual, search, effort / SHRINKS, search_cutoff(search));
+		search_bound(search, dual_fine_bound(dual));
+		if (status == TW_OK && !search_is_proven(search))
+			status = shrink(search, dual);
 	}
-	if (status == TW_OK && !search_is_proven(search))
-		status = shrink(search, dual);
-	search->stats->seconds_primal += search_clock_s() - raised_s;
+	return status;
+}
+
+/* How much the stages of a round may spend. A step of dual or trees costs about as much as there are edges, and there
+ * is one to take at every terminal. */
+struct effort {
+	uint64_t edges;     /* of the instance, before anything was deleted */
+	uint64_t terminals; /* no more than MOST_TERMINALS of them */
+	unsigned round;
+	unsigned primal_round; /* counts only rounds in which the trees gained */
+};
+
+static uint64_t program_budget(const struct search *search, const struct effort *effort)
+{
+	const uint64_t least = is_small(search) ? SMALL_BUDGET : LEAST_BUDGET;
+	const uint64_t few = FEW_SHARE / (effort->terminals * effort->terminals);
+	return (least + (PROGRAM_SHARE + few) * effort->edges) << effort->round;
+}
+
+static enum tw_status improve_tree(struct search *search, const struct dual *dual, struct effort *effort)
+{
+	const uint64_t before = search->best_weight, share = PRIMAL_SHARE * effort->edges * effort->terminals;
+	search_enter(search, "primal heuristics");
+	enum tw_status status = is_small(search) ? repeat_paths(search, effort->round) : TW_OK;
+	if (status == TW_OK)
+		status = primal_improve(search, dual, share << effort->primal_round);
+	effort->primal_round += search->best_weight < before;
+	return status;
+}
+
+/* A better tree and a better dual: the dual finds the tree's corridor, the tree guides the dual. */
+static enum tw_status prepare(struct search *search, struct dual *dual, struct effort *effort)
+{
+	const double started_s = search_clock_s();
+	enum tw_status status = improve_tree(search, dual, effort);
+	const double improved_s = search_clock_s();
+	search->stats->seconds_primal += improved_s - started_s;
+	if (status == TW_OK && !search_is_proven(search)) {
+		search_enter(search, "dual ascent");
+		status = raise_bound(search, dual, (DUAL_SHARE * effort->edges * effort->terminals) << effort->round);
+	}
+	search->stats->seconds_dual += search_clock_s() - improved_s;
 	return status;
 }
 
@@ -205,14 +223,18 @@ static enum tw_status run_cuts(struct cutter *cutter, struct search *search, con
 
 static enum tw_status take_turns(struct cutter *cutter, struct search *search, struct dual *dual)
 {
-	uint64_t edges = search->instance.edge_count;
+	const uint32_t terminals = search->instance.terminal_count;
+	struct effort effort = {
+		.edges = search->instance.edge_count,
+		.terminals = terminals < MOST_TERMINALS ? terminals : MOST_TERMINALS,
+	};
 	for (unsigned round = 0;; round += round < MOST_ROUNDS) {
-		enum tw_status status = round ? prepare(search, dual, round, edges) : TW_OK;
+		effort.round = round;
+		const enum tw_status status = round ? prepare(search, dual, &effort) : TW_OK;
 		if (status != TW_OK || search_is_proven(search))
 			return status;
-		double started_s = search_clock_s();
-		uint64_t budget = round ? (LEAST_BUDGET / 2 + PROGRAM_SHARE * edges) << round
-					: LEAST_BUDGET + FIRST_PROGRAM_SHARE * edges;
+		const double started_s = search_clock_s();
+		const uint64_t budget = program_budget(search, &effort);
 		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;
 		if (may_go_on(search, program) && is_due_for_cuts(search, round))
 			cuts = run_cuts(cutter, search, dual, budget);

@@ -172,6 +172,24 @@ static enum tw_status keep_if_better(struct search *search, const struct weighte
 	return TW_OK;
 }
 
+enum tw_status search_mark_best(struct search *search, uint8_t *is_best)
+{
+	const struct instance *instance = &search->instance;
+	const struct arena_mark mark = arena_mark(search->arena);
+	const size_t leaves = instance->origin_leaf_count;
+	uint8_t *inside = ARENA_ZEROED(search->arena, leaves + instance->pair_count, uint8_t);
+	if (!inside)
+		return TW_ERROR_MEMORY;
+	for (uint32_t i = 0; i < search->best_count; i++)
+		inside[search->best_edges[i]] = 1;
+	for (uint32_t p = 0; p < instance->pair_count; p++)
+		inside[leaves + p] = inside[instance->pair[p][0]] && inside[instance->pair[p][1]];
+	for (uint32_t e = 0; e < instance->edge_count; e++)
+		is_best[e] = inside[instance->origin[e]];
+	arena_release(search->arena, mark);
+	return TW_OK;
+}
+
 enum tw_status search_offer_leaves(struct search *search, const uint32_t *edges, uint32_t edge_count)
 {
 	const struct graph *graph = search->graph;

@@ -42,6 +42,10 @@ static inline int search_spend(struct search *search, uint64_t units);
 enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32_t edge_count) TW_NODISCARD;
 enum tw_status search_offer_leaves(struct search *search, const uint32_t *edges, uint32_t edge_count) TW_NODISCARD;
 
+/* Marks the edges of the instance that belong to the best tree: is_best[edge_count] becomes 0 or 1. Deletions and
+ * reductions may have left only a part of the tree. TW_ERROR_MEMORY only. */
+enum tw_status search_mark_best(struct search *search, uint8_t *is_best) TW_NODISCARD;
+
 /* Reports a lower bound on the fine weight of the instance's trees (without instance.base). Under a guess it proves no
  * more than the guess. */
 void search_bound(struct search *search, uint64_t fine_bound);

@@ -7,6 +7,9 @@
 
 #include <string.h>
 
+/* Work units for each edge. */
+enum { ASCENT_SHARE = 20 };
+
 static enum tw_status run_stages(struct search *search)
 {
 	search_enter(search, "first tree");
@@ -31,7 +34,7 @@ static enum tw_status run_stages(struct search *search)
 	search_enter(search, "dual ascent");
 	started_s = search_clock_s();
 	struct dual dual;
-	status = dual_ascend_best(&dual, search, 1 + search->instance.terminal_count / 12, 1, 0);
+	status = dual_ascend_best(&dual, search, ASCENT_SHARE * search->instance.edge_count);
 	search->stats->seconds_dual = search_clock_s() - started_s;
 	return status == TW_OK ? prove_optimum(search, &dual) : status;
 }

@@ -26,6 +26,7 @@ enum steiner_feature {
 	STEINER_SEPARATORS = 1 << 4,   /* separator pruning in the dynamic program */
 	STEINER_FUTURE_COST = 1 << 5,  /* label pruning by the dual bound */
 	STEINER_GUESSING = 1 << 6,     /* guessed upper bounds */
+	STEINER_GUIDE = 1 << 7,        /* a tree that guides the growth of the dual */
 	STEINER_CUTS = 1 << 8,         /* branch and cut */
 	STEINER_PERTURBATION = 1 << 9, /* breaking of ties by fine weights */
 	STEINER_DYNAMIC = 1 << 10,     /* dynamic programming (then branch and cut must do it) */
