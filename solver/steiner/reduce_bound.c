@@ -27,7 +27,9 @@ enum {
 	GAIN_PERCENT = 3,
 	SUPPORT_FACTOR = 16,
 	TREE_SHARE = 20,
-	EXCHANGE_SHARE = 40
+	EXCHANGE_SHARE = 40,
+	WORK_SHARE = 100,
+	LEAST_WORK = 5000000
 };
 
 #define FAR INT64_MAX
@@ -198,13 +200,9 @@ static enum tw_status run_pass(struct search *search, uint32_t pass, int *empty)
 	return status;
 }
 
-enum tw_status reduce_by_bounds(struct search *search, int *empty)
+static enum tw_status run_passes(struct search *search, int *empty)
 {
 	enum tw_status status = TW_OK;
-	*empty = 0;
-	if (!search_uses(search, STEINER_FIXING) || search_cutoff(search) == UINT64_MAX ||
-	    search->graph->edge_count > EDGES_MAX)
-		return TW_OK;
 	for (uint32_t pass = 0; pass < PASSES_MAX && search->instance.terminal_count > 1; pass++) {
 		const uint64_t before = search->instance.edge_count;
 		status = run_pass(search, pass, empty);
@@ -214,4 +212,19 @@ enum tw_status reduce_by_bounds(struct search *search, int *empty)
 			break;
 	}
 	return status;
+}
+
+enum tw_status reduce_by_bounds(struct search *search, int *empty)
+{
+	*empty = 0;
+	if (!search_uses(search, STEINER_FIXING) || search_cutoff(search) == UINT64_MAX ||
+	    search->graph->edge_count > EDGES_MAX)
+		return TW_OK;
+	/* Ascents by cuts are slow where ways are long, and there those by balls do as well. */
+	const uint64_t budget_end = search->budget_end;
+	search_set_budget(search, LEAST_WORK + WORK_SHARE * (uint64_t)search->instance.edge_count);
+	const enum tw_status status = run_passes(search, empty);
+	search->budget_end = budget_end;
+	search->next_poll = search->stop ? 0 : search->work;
+	return status == TW_ERROR_CANCELLED && !search->stop ? TW_OK : status;
 }
