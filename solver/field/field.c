@@ -2,6 +2,7 @@
  * are taken in the order of the edges afterwards, so that they do not depend on who computed what. */
 #include "solver/field/field.h"
 
+#include "solver/field/local.h"
 #include "solver/field/strain.h"
 #include "solver/field/strip.h"
 #include "solver/parallel.h"
@@ -23,6 +24,7 @@ struct weighing {
 	const struct topology *topology;
 	const struct field_options *options;
 	const struct field_constraints *constraints; /* may be NULL */
+	const uint32_t *edge_order;                  /* the edges one after the other; NULL: as they are numbered */
 	struct strip_walker *walker[PARALLEL_THREADS];
 	struct strip_walker *keep_out_walker[PARALLEL_THREADS]; /* integrate 1 over keep-outs; NULL without them */
 	double seam_price;                                      /* MPa mm2 */
@@ -92,8 +94,9 @@ static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t
 	struct weighing *w = context;
 	if (atomic_load(&w->stop))
 		return;
-	for (uint32_t e = first; e < end; e++) {
+	for (uint32_t i = first; i < end; i++) {
 		struct strip strip;
+		uint32_t e = w->edge_order ? w->edge_order[i] : i;
 		strip_edge(w->walker[thread], e, w->options->strip_width_mm, &strip);
 		w->coverage[e] = (float)strip_coverage(&strip);
 		w->cost[e] = edge_cost(w, thread, e, &strip);
@@ -169,6 +172,27 @@ static enum tw_status check_input(const struct field *field, const struct field_
 	return TW_OK;
 }
 
+static enum tw_status build_fabric(struct strip_fabric *fabric, struct arena *arena, const struct local *local,
+				   const double *value, struct tw_error *error)
+{
+	const double *own = local_values(local, arena, value);
+	return own ? strip_fabric_build(fabric, arena, &local->garment, &local->topology, own, error)
+		   : tw_fail_memory(error);
+}
+
+/* The same fabric with the value 1 on what is kept out. */
+static enum tw_status mark_keep_out(struct strip_fabric *marked, struct arena *arena, const struct strip_fabric *fabric,
+				    const struct local *local, const uint8_t *keep_out, struct tw_error *error)
+{
+	const uint32_t faces = local->garment.face_count;
+	double *value = ARENA_ARRAY(arena, faces, double);
+	for (uint32_t f = 0; value && f < faces; f++)
+		value[f] = keep_out[f] ? 1 : 0;
+	*marked = *fabric;
+	marked->value = value ? local_values(local, arena, value) : NULL;
+	return marked->value ? TW_OK : tw_fail_memory(error);
+}
+
 /* Walkers for every thread that integrate `value`. */
 static enum tw_status new_walkers(struct strip_walker **walker, struct arena *arena, const struct strip_fabric *fabric,
 				  unsigned threads, struct tw_error *error)
@@ -199,23 +223,23 @@ static enum tw_status weigh(struct weighing *w, struct arena *arena, const struc
 {
 	const uint8_t *keep_out = w->constraints ? w->constraints->face_keep_out : NULL;
 	double *value = ARENA_ARRAY(arena, field->face_count, double);
-	double *kept_out = keep_out ? ARENA_ARRAY(arena, field->face_count, double) : NULL;
 	struct strip_fabric fabric, keep_out_fabric;
-	if (!value || (keep_out && !kept_out))
+	struct local local;
+	if (!value)
 		return tw_fail_memory(error);
 	field_value(field, w->constraints, value);
-	enum tw_status status = strip_fabric_build(&fabric, arena, w->garment, w->topology, value, error);
+	enum tw_status status = local_build(&local, arena, w->garment, w->topology, error);
+	w->edge_order = status ? NULL : local.edge_order;
+	if (!status)
+		status = build_fabric(&fabric, arena, &local, value, error);
 	if (!status)
 		status = new_walkers(w->walker, arena, &fabric, threads, error);
 	if (!status)
 		status = mark_seams(w, arena, error);
-	if (!status && keep_out) {
-		for (uint32_t f = 0; f < field->face_count; f++)
-			kept_out[f] = keep_out[f] ? 1 : 0;
-		keep_out_fabric = fabric;
-		keep_out_fabric.value = kept_out;
+	if (!status && keep_out)
+		status = mark_keep_out(&keep_out_fabric, arena, &fabric, &local, keep_out, error);
+	if (!status && keep_out)
 		status = new_walkers(w->keep_out_walker, arena, &keep_out_fabric, threads, error);
-	}
 	if (!status)
 		parallel_for(threads, field->edge_count, EDGES_A_PART, weigh_edges, w);
 	if (!status && atomic_load(&w->stop))

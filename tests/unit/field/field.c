@@ -197,6 +197,67 @@ static void baselines_count_edges_or_their_length(void **state)
 	arena_free(s.arena);
 }
 
+static void swap_faces(struct garment *garment, size_t a, size_t b)
+{
+	for (size_t k = 0; k < 3; k++) {
+		uint32_t vertex = garment->face_vertex[3 * a + k], coord = garment->face_coord[3 * a + k];
+		garment->face_vertex[3 * a + k] = garment->face_vertex[3 * b + k];
+		garment->face_coord[3 * a + k] = garment->face_coord[3 * b + k];
+		garment->face_vertex[3 * b + k] = vertex;
+		garment->face_coord[3 * b + k] = coord;
+	}
+	uint32_t piece = garment->face_piece[a];
+	garment->face_piece[a] = garment->face_piece[b];
+	garment->face_piece[b] = piece;
+}
+
+/* Such a file is renumbered for the sake of the cache; strip by strip on the file's own numbers is the oracle. */
+static void faces_in_random_order_have_the_weights_of_their_strips_to_the_last_bit(void **state)
+{
+	(void)state;
+	struct setting s = {.arena = arena_new(0)};
+	mesh_sheet(&s.garment, s.arena, 80, 60, 5, 0.3, 30);
+	const uint32_t faces = s.garment.face_count;
+	uint64_t random = 3;
+	for (uint32_t f = faces; f-- > 1;)
+		swap_faces(&s.garment, f, (size_t)(mesh_random(&random) * f));
+	assert_int_equal(topology_build(&s.topology, s.arena, &s.garment, NULL), TW_OK);
+	option_defaults(&field_option_table, &s.options);
+	s.density = ARENA_ARRAY(s.arena, faces, double);
+	double *value = ARENA_ARRAY(s.arena, faces, double), *kept_out = ARENA_ARRAY(s.arena, faces, double);
+	uint8_t *keep_out = ARENA_ZEROED(s.arena, faces, uint8_t);
+	for (uint32_t f = 0; f < faces; f++) {
+		s.density[f] = mesh_random(&random);
+		keep_out[f] = mesh_random(&random) < 0.002;
+		kept_out[f] = keep_out[f];
+	}
+	struct field_constraints constraints = {.face_keep_out = keep_out};
+	weigh(&s, &constraints);
+	field_value(&s.field, &constraints, value);
+	struct strip_fabric fabric, marked;
+	struct strip_walker *walker, *mark_walker;
+	assert_int_equal(strip_fabric_build(&fabric, s.arena, &s.garment, &s.topology, value, NULL), TW_OK);
+	marked = fabric;
+	marked.value = kept_out;
+	assert_int_equal(strip_walker_new(&walker, s.arena, &fabric, NULL), TW_OK);
+	assert_int_equal(strip_walker_new(&mark_walker, s.arena, &marked, NULL), TW_OK);
+	uint32_t forbidden = 0;
+	for (uint32_t e = 0; e < s.field.edge_count; e++) {
+		struct strip strip, mark;
+		strip_edge(walker, e, s.options.strip_width_mm, &strip);
+		strip_edge(mark_walker, e, s.options.strip_width_mm, &mark);
+		assert_true(s.field.coverage[e] == (float)strip_coverage(&strip));
+		if (mark.cost > 1e-6 * mark.area_mm2) {
+			assert_true(s.field.weight[e] == FIELD_FORBIDDEN);
+			forbidden++;
+			continue;
+		}
+		assert_true(s.field.weight[e] == field_round(&s.field, strip_cost(&strip, s.options.overhang)));
+	}
+	assert_in_range(forbidden, 1, s.field.edge_count / 2);
+	arena_free(s.arena);
+}
+
 static void keep_outs_multipliers_free_edges_and_seams_change_what_they_say(void **state)
 {
 	(void)state;
@@ -346,6 +407,7 @@ int main(void)
 		cmocka_unit_test(a_field_of_motions_takes_the_worst_of_each_face),
 		cmocka_unit_test(forbidden_overhang_removes_hem_edges),
 		cmocka_unit_test(baselines_count_edges_or_their_length),
+		cmocka_unit_test(faces_in_random_order_have_the_weights_of_their_strips_to_the_last_bit),
 		cmocka_unit_test(keep_outs_multipliers_free_edges_and_seams_change_what_they_say),
 		cmocka_unit_test(what_cannot_be_weighed_is_an_error_that_names_the_place),
 		cmocka_unit_test(weighing_tells_its_progress_and_can_be_cancelled),
