@@ -1,6 +1,7 @@
 /* tightwire pack: a motion to about a quarter of its size, for uploads over slow lines and for keeping. */
 #include "service/command.h"
 #include "service/file.h"
+#include "service/progress.h"
 #include "solver/motion/pack.h"
 #include "solver/option.h"
 
@@ -80,6 +81,7 @@ static enum tw_status write_output(void *context, const void *bytes, size_t size
 {
 	struct output *output = context;
 	output->size += size;
+	progress_show("packing: %llu MiB written", (unsigned long long)output->size >> 20);
 	return fwrite(bytes, 1, size, output->file) == size ? TW_OK : fail_output(output, error);
 }
 
@@ -114,6 +116,7 @@ static enum tw_status pack(void *context, struct tw_error *error)
 		status = pack_to_file(reader, &output, &frames, error);
 	if (status != TW_OK && strcmp(error->where, settings->out) != 0)
 		file_blame(status, settings->motion, error);
+	progress_clear();
 	if (status == TW_OK)
 		printf("%s: %u frames of %u vertices, %llu bytes\n", settings->out, frames,
 		       motion_info(reader)->vertex_count, (unsigned long long)output.size);

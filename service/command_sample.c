@@ -1,6 +1,7 @@
 /* tightwire sample: writes a suit, its motions and terminal sets, as they would come from garment CAD. */
 #include "service/command.h"
 #include "service/file.h"
+#include "service/progress.h"
 #include "solver/motion/motion.h"
 #include "solver/option.h"
 #include "solver/sample/sample.h"
@@ -168,6 +169,7 @@ static enum tw_status write_motions(const struct request *request, struct arena 
 		status = tw_fail_memory(error);
 	for (uint32_t m = 0; m < SAMPLE_MOTIONS && !status; m++) {
 		path_join(path, request->directory, "motions/", sample_motion_at(m)->name, ".pc2");
+		progress_show("motion %u of %d (%s)", m + 1, SAMPLE_MOTIONS, sample_motion_at(m)->name);
 		status = write_motion(path, rig, m, garment->vertex_count, position, error);
 	}
 	return status;
@@ -228,6 +230,7 @@ static enum tw_status write_all(const struct request *request, struct arena *are
 	char path[4096];
 	struct garment garment;
 	enum tw_status status = folders_make(request, error);
+	progress_show("a suit of about %u vertices", request->vertices);
 	if (!status)
 		status = sample_garment(&garment, arena, request->vertices, (enum sample_size)request->size, error);
 	if (!status && path_join(path, request->directory, "suit", "", ".obj"))
@@ -236,6 +239,7 @@ static enum tw_status write_all(const struct request *request, struct arena *are
 		status = write_motions(request, arena, &garment, error);
 	if (!status)
 		status = write_terminal_sets(request, arena, &garment, error);
+	progress_clear();
 	if (!status)
 		print_result(request, &garment);
 	return status;
