@@ -42,6 +42,25 @@ static bool sides_cross(struct vec2 a, struct vec2 b, struct vec2 c, struct vec2
 	return c_side * d_side < 0 && a_side * b_side < 0;
 }
 
+struct box {
+	struct vec2 low, high;
+};
+
+static struct box box_around(const struct vec2 *point, uint32_t count)
+{
+	struct box box = {point[0], point[0]};
+	for (uint32_t i = 1; i < count; i++) {
+		box.low = (struct vec2){fmin(box.low.x, point[i].x), fmin(box.low.y, point[i].y)};
+		box.high = (struct vec2){fmax(box.high.x, point[i].x), fmax(box.high.y, point[i].y)};
+	}
+	return box;
+}
+
+static bool boxes_meet(const struct box *a, const struct box *b)
+{
+	return a->low.x <= b->high.x && b->low.x <= a->high.x && a->low.y <= b->high.y && b->low.y <= a->high.y;
+}
+
 static bool touches(const struct vec2 corner[3], const struct vec2 *polygon, uint32_t count)
 {
 	for (uint32_t k = 0; k < 3; k++)
@@ -80,13 +99,15 @@ static enum tw_status mark_polygon(const struct finder *finder, const struct fac
 		return tw_fail_memory(error);
 	for (uint32_t i = 0; i < region->point_count; i++)
 		polygon[i] = point_of(&region->polygon[2 * (size_t)i]);
+	const struct box around = box_around(polygon, region->point_count);
 	for (uint32_t f = 0; f < garment->face_count; f++) {
 		if (garment->face_piece[f] != piece)
 			continue;
 		struct vec2 corner[3];
 		for (uint32_t k = 0; k < 3; k++)
 			corner[k] = point_of(&garment->pattern[2 * (size_t)garment->face_coord[3 * (size_t)f + k]]);
-		mark[f] |= touches(corner, polygon, region->point_count);
+		const struct box here = box_around(corner, 3);
+		mark[f] |= boxes_meet(&here, &around) && touches(corner, polygon, region->point_count);
 	}
 	return TW_OK;
 }
