@@ -150,6 +150,15 @@ int main(void)
 	bench_line("field.large_weights_two_threads", large, "s", 3);
 	bench_line("field.large_weights_processor_time", processor, "s", 0);
 	bench_line("field.large_process_memory", (double)usage.ru_maxrss / 1048576, "GiB", 2);
+
+	uint64_t random = 1;
+	mesh_shuffle_faces(&suit.garment, &random);
+	if (topology_build(&suit.topology, arena, &suit.garment, NULL))
+		exit(1);
+	before = clock();
+	weigh(&suit, arena, 2);
+	processor = (double)(clock() - before) / CLOCKS_PER_SEC;
+	bench_line("field.large_faces_in_random_order", processor, "s", 0);
 	arena_free(arena);
 	return 0;
 }

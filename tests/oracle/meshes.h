@@ -89,6 +89,27 @@ static inline void mesh_sheet(struct garment *g, struct arena *arena, uint32_t c
 	}
 }
 
+static inline void mesh_swap_faces(struct garment *g, size_t a, size_t b)
+{
+	for (size_t k = 0; k < 3; k++) {
+		uint32_t vertex = g->face_vertex[3 * a + k], coord = g->face_coord[3 * a + k];
+		g->face_vertex[3 * a + k] = g->face_vertex[3 * b + k];
+		g->face_coord[3 * a + k] = g->face_coord[3 * b + k];
+		g->face_vertex[3 * b + k] = vertex;
+		g->face_coord[3 * b + k] = coord;
+	}
+	uint32_t piece = g->face_piece[a];
+	g->face_piece[a] = g->face_piece[b];
+	g->face_piece[b] = piece;
+}
+
+/* Faces in random order (Fisher and Yates). */
+static inline void mesh_shuffle_faces(struct garment *g, uint64_t *random)
+{
+	for (uint32_t f = g->face_count; f-- > 1;)
+		mesh_swap_faces(g, f, (size_t)(mesh_random(random) * (f + 1.0)));
+}
+
 /* A tube along y: `around` x `along` cells of `cell` mm, one piece whose first and last columns are sewn together. */
 static inline void mesh_tube(struct garment *g, struct arena *arena, uint32_t around, uint32_t along, double cell)
 {

@@ -197,20 +197,6 @@ static void baselines_count_edges_or_their_length(void **state)
 	arena_free(s.arena);
 }
 
-static void swap_faces(struct garment *garment, size_t a, size_t b)
-{
-	for (size_t k = 0; k < 3; k++) {
-		uint32_t vertex = garment->face_vertex[3 * a + k], coord = garment->face_coord[3 * a + k];
-		garment->face_vertex[3 * a + k] = garment->face_vertex[3 * b + k];
-		garment->face_coord[3 * a + k] = garment->face_coord[3 * b + k];
-		garment->face_vertex[3 * b + k] = vertex;
-		garment->face_coord[3 * b + k] = coord;
-	}
-	uint32_t piece = garment->face_piece[a];
-	garment->face_piece[a] = garment->face_piece[b];
-	garment->face_piece[b] = piece;
-}
-
 /* Such a file is renumbered for the sake of the cache; strip by strip on the file's own numbers is the oracle. */
 static void faces_in_random_order_have_the_weights_of_their_strips_to_the_last_bit(void **state)
 {
@@ -219,8 +205,7 @@ static void faces_in_random_order_have_the_weights_of_their_strips_to_the_last_b
 	mesh_sheet(&s.garment, s.arena, 80, 60, 5, 0.3, 30);
 	const uint32_t faces = s.garment.face_count;
 	uint64_t random = 3;
-	for (uint32_t f = faces; f-- > 1;)
-		swap_faces(&s.garment, f, (size_t)(mesh_random(&random) * f));
+	mesh_shuffle_faces(&s.garment, &random);
 	assert_int_equal(topology_build(&s.topology, s.arena, &s.garment, NULL), TW_OK);
 	option_defaults(&field_option_table, &s.options);
 	s.density = ARENA_ARRAY(s.arena, faces, double);
