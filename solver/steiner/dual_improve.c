@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-enum { GROUP_LEAST = 2, GROUP_USUAL = 9, GROUP_MOST = 24, FAULT_STEPS = 25 };
+enum { GROUP_LEAST = 2, GROUP_USUAL = 6, GROUP_MOST = 24, FAULT_STEPS = 25 };
 
 struct step {
 	uint32_t group[GROUP_MOST];
@@ -28,7 +28,7 @@ static void shuffle(struct dual *dual, uint32_t *group, uint32_t count)
 /* The terminal and some of its nearest neighbours; the root stays out. `gaps`: leave out some in between. */
 static void gather_around(struct dual *dual, struct step *step, uint32_t centre, int gaps)
 {
-	const uint32_t most = dual_draw(dual, 8) ? GROUP_USUAL : GROUP_MOST;
+	const uint32_t most = dual_draw(dual, 32) ? GROUP_USUAL : GROUP_MOST;
 	const uint32_t size = GROUP_LEAST + (uint32_t)dual_draw(dual, most - GROUP_LEAST + 1);
 	const uint32_t *near = dual->near + (size_t)centre * dual->near_count;
 	step->count = 0;
@@ -121,7 +121,7 @@ static void choose_fault(struct dual *dual, struct step *step)
 /* One step of the local search; *gained: the bound rose. */
 static enum tw_status try_step(struct dual *dual, struct search *search, int *gained)
 {
-	static const unsigned factors[] = {110, 130, 150, 200, 300, 1000};
+	static const unsigned factors[] = {130, 150, 200, 300, 300, 1000};
 	struct step step = {0};
 	if (dual->fault_sum && dual_draw(dual, 4))
 		choose_fault(dual, &step);
@@ -135,7 +135,7 @@ static enum tw_status try_step(struct dual *dual, struct search *search, int *ga
 	cut_back(dual, search, &step);
 	dual->epoch++;
 	shuffle(dual, step.group, step.count);
-	const int guided = dual_draw(dual, 4) > 0;
+	const int guided = dual_draw(dual, 8) > 0;
 	const enum tw_status status = dual_ascend_group(dual, search, step.group, step.count, least / 2 + 1,
 							factors[dual_draw(dual, 6)], guided);
 	*gained = dual->bound > before;

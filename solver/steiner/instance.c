@@ -49,19 +49,41 @@ static void fill_rows(struct instance *instance)
 	first[0] = 0;
 }
 
-/* Marks with 1 + order every vertex of the component of `start`, and returns how many there are. */
-static uint32_t number_component(const struct graph *graph, uint32_t start, uint8_t *seen, uint32_t *queue)
+/* Numbers the component of `start` breadth first, so that neighbours in the graph are neighbours in memory, whatever
+ * order the caller has (E. Cuthill & J. McKee, Reducing the bandwidth of sparse symmetric matrices, ACM 1969).
+ * queue[i] becomes the vertex numbered i; number[v] is INSTANCE_NONE elsewhere. Returns how many there are. */
+static uint32_t number_component(const struct graph *graph, uint32_t start, uint32_t *number, uint32_t *queue)
 {
 	uint32_t count = 0;
+	memset(number, 0xff, graph->vertex_count * sizeof *number);
+	number[start] = 0;
 	queue[count++] = start;
-	seen[start] = 1;
 	for (uint32_t i = 0; i < count; i++)
 		for (uint32_t a = graph->first[queue[i]]; a < graph->first[queue[i] + 1]; a++)
-			if (!seen[graph->head[a]]) {
-				seen[graph->head[a]] = 1;
+			if (number[graph->head[a]] == INSTANCE_NONE) {
+				number[graph->head[a]] = count;
 				queue[count++] = graph->head[a];
 			}
 	return count;
+}
+
+/* Copies the edges of the component in the order of the vertices' numbers. */
+static void copy_component(struct instance *instance, const struct graph *graph, const uint32_t *number,
+			   const uint32_t *queue)
+{
+	for (uint32_t u = 0; u < instance->vertex_count; u++)
+		for (uint32_t a = graph->first[queue[u]]; a < graph->first[queue[u] + 1]; a++) {
+			const uint32_t v = number[graph->head[a]], e = graph->edge[a], i = instance->edge_count;
+			if (v <= u)
+				continue;
+			instance->edge_count++;
+			instance->ends[2 * i] = u;
+			instance->ends[2 * i + 1] = v;
+			instance->weight[i] = graph->weight[e] << instance->shift;
+			if (instance->shift)
+				instance->weight[i] |= mix(e) >> (64 - AMOUNT_BITS);
+			instance->origin[i] = e;
+		}
 }
 
 static int allocate(struct instance *instance, struct arena *arena, uint32_t n, uint32_t m, uint32_t k)
@@ -96,33 +118,20 @@ enum tw_status instance_init(struct instance *instance, struct arena *arena, con
 		return TW_ERROR_MEMORY;
 
 	struct arena_mark mark = arena_mark(arena);
-	uint8_t *seen = ARENA_ZEROED(arena, n, uint8_t);
 	uint32_t *queue = ARENA_ARRAY(arena, n, uint32_t);
 	uint32_t *number = ARENA_ARRAY(arena, n, uint32_t);
-	enum tw_status status = seen && queue && number ? TW_OK : TW_ERROR_MEMORY;
+	enum tw_status status = queue && number ? TW_OK : TW_ERROR_MEMORY;
 	if (status == TW_OK) {
-		number_component(graph, terminals[0], seen, queue);
+		instance->vertex_count = number_component(graph, terminals[0], number, queue);
 		for (uint32_t i = 0; i < terminal_count && status == TW_OK; i++)
-			if (!seen[terminals[i]]) {
+			if (number[terminals[i]] == INSTANCE_NONE) {
 				apart[0] = terminals[0];
 				apart[1] = terminals[i];
 				status = TW_ERROR_NOT_FOUND;
 			}
 	}
 	if (status == TW_OK) {
-		for (uint32_t v = 0; v < n; v++)
-			number[v] = seen[v] ? instance->vertex_count++ : INSTANCE_NONE;
-		for (uint32_t e = 0; e < m; e++) {
-			uint32_t u = number[graph->ends[2 * e]], v = number[graph->ends[2 * e + 1]];
-			if (u == INSTANCE_NONE || u == v)
-				continue;
-			uint32_t i = instance->edge_count++;
-			instance->ends[2 * i] = u, instance->ends[2 * i + 1] = v;
-			instance->weight[i] = graph->weight[e] << instance->shift;
-			if (instance->shift)
-				instance->weight[i] |= mix(e) >> (64 - AMOUNT_BITS);
-			instance->origin[i] = e;
-		}
+		copy_component(instance, graph, number, queue);
 		memset(instance->terminal_at, 0xff, (size_t)instance->vertex_count * sizeof(uint32_t));
 		for (uint32_t i = 0; i < terminal_count; i++) {
 			uint32_t v = number[terminals[i]];
