@@ -25,7 +25,8 @@
 
 enum { ROWS_MAX = 200000, ROW_ARCS_MAX = 24000000, ARCS_MAX = 2000000 };
 enum { IDLE_ROUNDS = 3, FRACTION_BITS = 20, WEIGHT_BITS_MAX = 60, HEURISTIC_ROUNDS = 5, TREE_SHARE = 20 };
-enum { STALLED_ROUNDS = 60, STALLED_ROUNDS_BELOW = 15 }; /* at the root of the search; below it */
+/* When rounds gain too little of the gap for too long: at the root of the search; below it. */
+enum { GAIN_SHARE = 500, GAIN_SHARE_BELOW = 50, STALLED_ROUNDS = 60, STALLED_ROUNDS_BELOW = 4 };
 
 static const double inward = 0.2; /* how far from the centre to the solution a point is that is cut off */
 
@@ -47,6 +48,7 @@ struct cut_search {
 	uint32_t *fixed; /* [arc_count] trail of arcs with allowed == 0 */
 	uint32_t fixed_count;
 	struct decision *decision; /* [vertex_count] */
+	struct cut_basis *basis;   /* [vertex_count] of the node above each decision */
 	uint32_t depth;
 	uint64_t base;       /* the caller's units: instance.base */
 	int64_t *reduced;    /* [arc_count] of the ascent */
@@ -113,6 +115,8 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 		.start = ARENA_ZEROED(arena, rows + 1, size_t),
 		.least = ARENA_ARRAY(arena, rows, uint8_t),
 		.target = ARENA_ARRAY(arena, rows, uint32_t),
+		.number = ARENA_ARRAY(arena, rows, uint32_t),
+		.pins = ARENA_ARRAY(arena, rows, uint16_t),
 		.basic = ARENA_ARRAY(arena, rows, uint32_t),
 		.arc = ARENA_ARRAY(arena, row_arcs, uint32_t),
 		.arc_capacity = row_arcs,
@@ -120,14 +124,15 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 	cut->fate = ARENA_ZEROED(arena, n, uint8_t);
 	cut->fixed = ARENA_ARRAY(arena, 2 * m, uint32_t);
 	cut->decision = ARENA_ARRAY(arena, n, struct decision);
+	cut->basis = ARENA_ZEROED(arena, n, struct cut_basis);
 	cut->reduced = ARENA_ARRAY(arena, 2 * m, int64_t);
 	cut->path_cost = ARENA_ARRAY(arena, m, uint64_t);
 	cut->drop = ARENA_ARRAY(arena, rows, uint8_t);
 	cut->centre = ARENA_ARRAY(arena, 2 * m, double);
 	cut->between = ARENA_ARRAY(arena, 2 * m, double);
-	if (!cut->pool.start || !cut->pool.least || !cut->pool.target || !cut->pool.basic || !cut->pool.arc ||
-	    !cut->fate || !cut->fixed || !cut->decision || !cut->reduced || !cut->path_cost || !cut->drop ||
-	    !cut->centre || !cut->between)
+	if (!cut->pool.start || !cut->pool.least || !cut->pool.target || !cut->pool.number || !cut->pool.pins ||
+	    !cut->pool.basic || !cut->pool.arc || !cut->fate || !cut->fixed || !cut->decision || !cut->basis ||
+	    !cut->reduced || !cut->path_cost || !cut->drop || !cut->centre || !cut->between)
 		return TW_ERROR_MEMORY;
 	for (uint32_t t = 0; t < instance->terminal_count; t++)
 		cut->fate[instance->terminal[t]] = IN;
@@ -207,7 +212,7 @@ static enum tw_status drop_rows(struct cut_search *cut, uint8_t idle_rounds)
 	uint32_t count = 0;
 	for (uint32_t i = 0; i < cut->pool.count; i++) {
 		cut->drop[i] = cut->fate[cut->pool.target[i]] != IN ||
-			       (i < cut->lp.row_count && cut->lp.idle[i] >= idle_rounds);
+			       (i < cut->lp.row_count && !cut->pool.pins[i] && cut->lp.idle[i] >= idle_rounds);
 		count += cut->drop[i];
 	}
 	return count ? cut_lp_drop(&cut->lp, cut->drop) : TW_OK;
@@ -237,20 +242,18 @@ static enum tw_status separate(struct cut_search *cut, uint32_t round, int *full
 /* One round of program, bound and cuts. *closed: nothing better is in this node. *settled: no further cuts. */
 static enum tw_status run_round(struct cut_search *cut, uint32_t round, int *closed, int *settled)
 {
-	enum tw_status status = cut_lp_solve(&cut->lp);
+	/* More than a unit below what is useless is rounded up to it. */
+	const int64_t useless = useless_from(cut), unit = INT64_C(1) << cut->problem.fraction_bits;
+	enum tw_status status = cut_lp_solve(&cut->lp, useless == INT64_MAX ? useless : useless - unit + 1);
 	if (status != TW_OK)
 		return status;
-	if (!cut->lp.is_solved) {
-		*settled = 1;
-		return TW_OK;
-	}
-	if (round % HEURISTIC_ROUNDS == 0 && (status = find_tree(cut)) != TW_OK)
+	if (cut->lp.is_solved && round % HEURISTIC_ROUNDS == 0 && (status = find_tree(cut)) != TW_OK)
 		return status;
 	report_bound(cut, cut->lp.bound);
-	if (is_closed_by(cut, cut->lp.bound)) {
-		*closed = 1;
+	*closed = is_closed_by(cut, cut->lp.bound);
+	*settled = !cut->lp.is_solved;
+	if (*closed || *settled)
 		return TW_OK;
-	}
 	fix_by_reduced_costs(cut, cut->lp.bound, cut->lp.reduced);
 	status = drop_rows(cut, IDLE_ROUNDS);
 	const uint32_t before = cut->pool.count;
@@ -310,8 +313,8 @@ static enum tw_status bound_node(struct cut_search *cut, int *closed)
 	memset(cut->lp.reduced, 0, cut->problem.arc_count * sizeof *cut->lp.reduced);
 	for (uint32_t round = 0; status == TW_OK && !*closed && !settled; round++) {
 		status = run_round(cut, round, closed, &settled);
-		const int64_t gap = useless_from(cut) - best;
-		stalled = cut->lp.bound > best + gap / 500 ? 0 : stalled + 1;
+		const int64_t least = (useless_from(cut) - best) / (cut->depth ? GAIN_SHARE_BELOW : GAIN_SHARE);
+		stalled = cut->lp.bound > best + least ? 0 : stalled + 1;
 		best = cut->lp.bound > best ? cut->lp.bound : best;
 		settled |= stalled >= (cut->depth ? STALLED_ROUNDS_BELOW : STALLED_ROUNDS);
 	}
@@ -416,6 +419,7 @@ static void undo(struct cut_search *cut)
 
 static void branch(struct cut_search *cut, uint32_t vertex)
 {
+	cut_lp_remember(&cut->lp, &cut->basis[cut->depth]);
 	cut->decision[cut->depth++] = (struct decision){
 		.vertex = vertex,
 		.fate = IN,
@@ -435,6 +439,7 @@ static int backtrack(struct cut_search *cut)
 		return 0;
 	undo(cut);
 	struct decision *decision = &cut->decision[cut->depth - 1];
+	cut_lp_recall(&cut->lp, &cut->basis[cut->depth - 1]);
 	decision->fate = decision->fate == IN ? OUT : IN;
 	decision->is_second = 1;
 	apply(cut);

@@ -21,8 +21,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { ITERATIONS_AT_ONCE = 2000, WORK_OF_ITERATION = 4, COST_BITS = 10, LOST_SHARE = 8 };
-enum { BASIC = 1, AT_LOWER = 3 }; /* Clp's names for where a variable is */
+enum { ITERATIONS_LEAST = 1000, WORK_AT_ONCE = 80000000, WORK_OF_ITERATION = 4, COST_BITS = 10, LOST_SHARE = 8 };
+enum { BASIC = 1, AT_LOWER = 3 };                 /* Clp's names for where a variable is */
+enum { SOLVED = 0, INFEASIBLE = 1, STOPPED = 3 }; /* and for how it ended; INFEASIBLE also at the limit */
+#define NO_LIMIT 1e50
 
 /* A number in [0, 1) that belongs to the arc (splitmix64; Steele, Lea & Flood 2014). */
 static double share_of(uint64_t arc)
@@ -164,7 +166,49 @@ static void prove_bound(struct cut_lp *lp)
 		memset(lp->reduced, 0, problem->arc_count * sizeof *lp->reduced);
 }
 
-enum tw_status cut_lp_solve(struct cut_lp *lp)
+/* What is left of the user's time. */
+static void limit_time(struct cut_lp *lp)
+{
+	const struct search *search = lp->problem->search;
+	const double limit_s = search->options->time_limit_s, left_s = limit_s - (search_clock_s() - search->started_s);
+	if (limit_s > 0)
+		Clp_setMaximumSeconds(lp->model, left_s > 0.01 ? left_s : 0.01);
+}
+
+/* Runs the dual simplex until it ends or the objective reaches `limit`; *code is Clp's status. It is interrupted now
+ * and then to look at the clock, but not often: it takes a while to find back. */
+static enum tw_status run_simplex(struct cut_lp *lp, double limit, int *code)
+{
+	const uint64_t cost = WORK_OF_ITERATION * ((uint64_t)lp->row_count + 100);
+	const uint64_t at_once = WORK_AT_ONCE / cost > ITERATIONS_LEAST ? WORK_AT_ONCE / cost : ITERATIONS_LEAST;
+	Clp_setDualObjectiveLimit(lp->model, limit);
+	do {
+		limit_time(lp);
+		Clp_setMaximumIterations(lp->model, (int)at_once);
+		Clp_dual(lp->model, 0);
+		*code = Clp_status(lp->model);
+		const uint64_t iterations = (uint64_t)Clp_numberIterations(lp->model) + 1;
+		if (!search_spend(lp->problem->search, iterations * cost))
+			return TW_ERROR_CANCELLED;
+		if (iterations == 1)
+			break;
+	} while (*code == STOPPED);
+	return TW_OK;
+}
+
+static void take_solution(struct cut_lp *lp)
+{
+	memcpy(lp->x, Clp_getColSolution(lp->model), lp->problem->arc_count * sizeof *lp->x);
+	const double *activity = Clp_getRowActivity(lp->model);
+	for (uint32_t i = 0; i < lp->row_count; i++) {
+		if (activity[i] < lp->pool->least[i] + 1e-6)
+			lp->idle[i] = 0;
+		else if (lp->idle[i] < UINT8_MAX)
+			lp->idle[i]++;
+	}
+}
+
+enum tw_status cut_lp_solve(struct cut_lp *lp, int64_t enough)
 {
 	const struct cut_problem *problem = lp->problem;
 	enum tw_status status = add_rows(lp);
@@ -174,29 +218,62 @@ enum tw_status cut_lp_solve(struct cut_lp *lp)
 		lp->upper[arc] = problem->allowed[arc];
 	Clp_chgColumnUpper(lp->model, lp->upper);
 	int code;
-	do {
-		Clp_setMaximumIterations(lp->model, ITERATIONS_AT_ONCE);
-		Clp_dual(lp->model, 0);
-		code = Clp_status(lp->model);
-		const uint64_t iterations = (uint64_t)Clp_numberIterations(lp->model) + 1;
-		if (!search_spend(problem->search, WORK_OF_ITERATION * iterations * ((uint64_t)lp->row_count + 100)))
-			return TW_ERROR_CANCELLED;
-		if (iterations == 1 && code == 3)
-			break;
-	} while (code == 3); /* stopped by the number of iterations */
-	lp->is_solved = code == 0;
-	if (!lp->is_solved)
-		return TW_OK; /* bound and solution stay as they were: nothing new is known */
-	memcpy(lp->x, Clp_getColSolution(lp->model), problem->arc_count * sizeof *lp->x);
-	const double *activity = Clp_getRowActivity(lp->model);
-	for (uint32_t i = 0; i < lp->row_count; i++) {
-		if (activity[i] < lp->pool->least[i] + 1e-6)
-			lp->idle[i] = 0;
-		else if (lp->idle[i] < UINT8_MAX)
-			lp->idle[i]++;
+	lp->is_solved = 0;
+	if (enough < INT64_MAX / 2) {
+		const double beyond = (double)enough + ldexp(1, (int)problem->fraction_bits - 3);
+		status = run_simplex(lp, ldexp(beyond, -lp->exponent), &code);
+		if (status == TW_OK && code == INFEASIBLE) {
+			prove_bound(lp);
+			if (lp->bound >= enough)
+				return TW_OK;
+		}
 	}
+	if (status == TW_OK && (enough >= INT64_MAX / 2 || code == INFEASIBLE))
+		status = run_simplex(lp, NO_LIMIT, &code);
+	if (status != TW_OK || code != SOLVED)
+		return status; /* bound and solution stay as they were: nothing new is known */
+	lp->is_solved = 1;
+	take_solution(lp);
 	prove_bound(lp);
 	return TW_OK;
+}
+
+void cut_lp_remember(struct cut_lp *lp, struct cut_basis *basis)
+{
+	struct cut_pool *pool = lp->pool;
+	const uint32_t arcs = lp->problem->arc_count;
+	basis->row_count = 0;
+	if (!basis->column) {
+		/* A basis has as many rows that are not basic as it has basic columns. */
+		basis->row = ARENA_ARRAY(lp->problem->search->arena, arcs, uint32_t);
+		basis->column = basis->row ? ARENA_ARRAY(lp->problem->search->arena, arcs, uint8_t) : NULL;
+	}
+	if (!basis->column)
+		return;
+	for (uint32_t arc = 0; arc < arcs; arc++)
+		basis->column[arc] = (uint8_t)Clp_getColumnStatus(lp->model, (int)arc);
+	for (uint32_t i = 0; i < lp->row_count && basis->row_count < arcs; i++)
+		if (Clp_getRowStatus(lp->model, (int)i) != BASIC && pool->pins[i] < UINT16_MAX) {
+			basis->row[basis->row_count++] = pool->number[i];
+			pool->pins[i]++;
+		}
+}
+
+void cut_lp_recall(struct cut_lp *lp, struct cut_basis *basis)
+{
+	struct cut_pool *pool = lp->pool;
+	if (!basis->column)
+		return;
+	for (uint32_t arc = 0; arc < lp->problem->arc_count; arc++)
+		Clp_setColumnStatus(lp->model, (int)arc, basis->column[arc]);
+	for (uint32_t i = 0, j = 0; i < lp->row_count; i++) {
+		while (j < basis->row_count && basis->row[j] < pool->number[i])
+			j++;
+		const int is_remembered = j < basis->row_count && basis->row[j] == pool->number[i];
+		Clp_setRowStatus(lp->model, (int)i, is_remembered ? AT_LOWER : BASIC);
+		pool->pins[i] = (uint16_t)(pool->pins[i] - is_remembered);
+	}
+	basis->row_count = 0;
 }
 
 enum tw_status cut_lp_drop(struct cut_lp *lp, const uint8_t *drop)
@@ -222,6 +299,8 @@ enum tw_status cut_lp_drop(struct cut_lp *lp, const uint8_t *drop)
 		pool->least[kept] = pool->least[i];
 		pool->target[kept] = pool->target[i];
 		pool->basic[kept] = pool->basic[i];
+		pool->number[kept] = pool->number[i];
+		pool->pins[kept] = pool->pins[i];
 		lp->idle[kept] = lp->idle[i];
 		pool->start[kept++] = at;
 		at += end - start;

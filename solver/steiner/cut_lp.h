@@ -22,9 +22,22 @@ struct cut_lp {
 enum tw_status cut_lp_init(struct cut_lp *lp, const struct cut_problem *problem, struct cut_pool *pool) TW_NODISCARD;
 void cut_lp_free(struct cut_lp *lp);
 
-/* Brings rows and bounds up to date with pool and problem->allowed, solves, and proves a bound from the prices.
- * TW_ERROR_CANCELLED, TW_ERROR_MEMORY. */
-enum tw_status cut_lp_solve(struct cut_lp *lp) TW_NODISCARD;
+/* Brings rows and bounds up to date with pool and problem->allowed, solves, and proves a bound from the prices. It may
+ * stop, with is_solved == 0, when the bound reaches `enough` (INT64_MAX: do not). TW_ERROR_CANCELLED, TW_ERROR_MEMORY.
+ */
+enum tw_status cut_lp_solve(struct cut_lp *lp, int64_t enough) TW_NODISCARD;
+
+/* A basis to come back to. */
+struct cut_basis {
+	uint8_t *column; /* [arc_count] NULL: nothing is remembered */
+	uint32_t *row;   /* [row_count] numbers of rows that are not basic, ascending */
+	uint32_t row_count;
+};
+
+/* Remembers the program's basis and pins its rows; recalls it once, and lets the rows go. *basis keeps its arrays, zero
+ * in the beginning, for the next time; without memory nothing is remembered. */
+void cut_lp_remember(struct cut_lp *lp, struct cut_basis *basis);
+void cut_lp_recall(struct cut_lp *lp, struct cut_basis *basis);
 
 /* Drops rows of the pool: all with drop[row] != 0. */
 enum tw_status cut_lp_drop(struct cut_lp *lp, const uint8_t *drop) TW_NODISCARD;

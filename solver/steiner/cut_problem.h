@@ -48,9 +48,12 @@ struct cut_pool {
 	size_t *start;    /* [capacity + 1]; row i has the arcs arc[start[i]] … arc[start[i + 1] - 1] */
 	uint8_t *least;   /* [capacity] what the arcs sum to at least: 1 or 0 */
 	uint32_t *target; /* [capacity] vertex; the row holds wherever that is a target; the root: everywhere */
+	uint32_t *number; /* [capacity] ascending; a row keeps its number */
+	uint16_t *pins;   /* [capacity] how many remembered bases need the row */
 	uint32_t *basic;  /* [capacity] arc of the row to start the program's basis with, INSTANCE_NONE for none */
 	uint32_t *arc;    /* [arc_capacity] arcs, or arc | CUT_MINUS */
 	size_t arc_capacity;
+	uint32_t next_number;
 };
 
 /* Closes a row whose arcs were written from pool->start[pool->count] on, up to `end`. */
@@ -58,6 +61,8 @@ static inline void cut_pool_close(struct cut_pool *pool, size_t end, uint8_t lea
 {
 	pool->least[pool->count] = least;
 	pool->target[pool->count] = target;
+	pool->number[pool->count] = pool->next_number++;
+	pool->pins[pool->count] = 0;
 	pool->basic[pool->count++] = INSTANCE_NONE;
 	pool->start[pool->count] = end;
 }
