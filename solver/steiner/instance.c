@@ -77,8 +77,9 @@ static void copy_component(struct instance *instance, const struct graph *graph,
 			if (v <= u)
 				continue;
 			instance->edge_count++;
-			instance->ends[2 * i] = u;
-			instance->ends[2 * i + 1] = v;
+			/* As the caller has them: certify.c tells the vertices' names by that. */
+			instance->ends[2 * i] = number[graph->ends[2 * e]];
+			instance->ends[2 * i + 1] = number[graph->ends[2 * e + 1]];
 			instance->weight[i] = graph->weight[e] << instance->shift;
 			if (instance->shift)
 				instance->weight[i] |= mix(e) >> (64 - AMOUNT_BITS);
