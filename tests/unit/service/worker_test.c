@@ -410,9 +410,13 @@ static void a_second_sigterm_gives_the_job_back(void **state)
 	prepare_long_job(f, motion);
 	pid_t worker = start_worker(f, "w", "--threads=1");
 	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
-	kill(worker, SIGTERM);
-	sleep_ms(5);
-	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	/* Two signals that come before the process runs again are one to it, so there are as many as it takes. */
+	int code = 0;
+	do {
+		kill(worker, SIGTERM);
+		sleep_ms(5);
+	} while (waitpid(worker, &code, WNOHANG) != worker);
+	assert_true(WIFEXITED(code) && WEXITSTATUS(code) == 0);
 	assert_int_equal(fixture_ask(f, "SELECT state = 0 AND attempts = 0 FROM job WHERE kind = 1"), 1);
 }
 
