@@ -170,7 +170,7 @@ static void two_thousand_terminals_get_a_tree_and_a_bound(void **state)
 	(void)state;
 	struct steiner_tree tree;
 	place(&mesh, 2000, 4);
-	assert_int_equal(solve(&mesh, &(struct steiner_options){.work_limit = 30000000}, &tree), TW_OK);
+	assert_int_equal(solve(&mesh, &(struct steiner_options){.work_limit = 130000000}, &tree), TW_OK);
 	assert_true(tree.lower_bound > tree.weight / 2);
 	place(&mesh, TERMINALS, 3);
 }
