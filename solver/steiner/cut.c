@@ -1,11 +1,15 @@
 /* Purpose: branch and cut, the stage that does not depend on how many terminals there are.
  *
  * A node of the search tree is a set of vertices that the tree must have and a set that it must not have. In a node the
- * linear program and the separation of cuts take turns (cut_lp.c, cut_flow.c; the first cuts are those of a dual
- * ascent); every solution guides a shortest-path heuristic, and every proven bound deletes arcs by reduced costs. A
- * node is closed when its bound reaches the best tree; else a vertex is chosen that the solution has by half, and the
- * tree must have it in one child and not in the other (T. Koch & A. Martin, Solving Steiner tree problems in graphs to
- * optimality, Networks 32, 1998; branching on vertices: E. Álvarez-Miranda et al.). Depth first.
+ * linear program and the separation of cuts take turns (cut_lp.c, cut_flow.c, cut_balance.c; the first cuts are those
+ * of a dual ascent); every solution guides a shortest-path heuristic, and every proven bound deletes arcs by reduced
+ * costs. A node is closed when its bound reaches the best tree; else a vertex is chosen that the solution has by half,
+ * and the tree must have it in one child and not in the other (T. Koch & A. Martin, Solving Steiner tree problems in
+ * graphs to optimality, Networks 32, 1998; branching on vertices: E. Álvarez-Miranda et al.). Depth first, and first
+ * with the vertex: this finds trees, and closes soon. For the second child the program goes back to the basis of the
+ * node above.
+ *
+ * The search can be interrupted anywhere and goes on at the node in hand: its decisions, rows and deletions stay.
  *
  * Sound because: bounds are proven in integers (cut_lp.c); a row holds wherever its target must be reached, and names
  * all arcs but those deleted at the root of the search; every arc deleted by reduced costs is put back on leaving the
