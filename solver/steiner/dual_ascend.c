@@ -137,7 +137,8 @@ enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint64
 		status = dual_restart(&rival, search, terminal_of_rank(dual, attempts[i].rank));
 		if (status == TW_OK)
 			status = dual_ascend(&rival, search, attempts[i].factor_percent);
-		if (status == TW_OK && rival.bound > dual->bound) {
+		/* One that was interrupted has a bound, too. */
+		if (rival.bound > dual->bound) {
 			const struct dual loser = *dual;
 			*dual = rival;
 			rival = loser;

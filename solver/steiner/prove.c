@@ -20,8 +20,15 @@
 
 /* Work units for each edge; from the second round on they double from round to round. */
 enum { DUAL_SHARE = 2, PRIMAL_SHARE = 1, MOST_TERMINALS = 100 }; /* also for each terminal, up to so many */
-enum { PROGRAM_SHARE = 100, FEW_SHARE = 30000, LEAST_BUDGET = 3000000, MOST_ROUNDS = 20, SHRINKS = 2 };
-enum { CUT_TERMINALS = 64, FEW_TERMINALS = 14, CUT_ROUND = 4 };
+enum {
+	PROGRAM_SHARE = 100,
+	FEW_SHARE = 30000,
+	MANY_SQUARE = 36 * 36,
+	LEAST_BUDGET = 3000000,
+	MOST_ROUNDS = 20,
+	SHRINKS = 2
+};
+enum { FEW_TERMINALS = 14, CUT_ROUND = 4 };
 enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, REPEAT_SHARE = 50 };
 
 static int is_small(const struct search *search)
@@ -154,8 +161,9 @@ struct effort {
 static uint64_t program_budget(const struct search *search, const struct effort *effort)
 {
 	const uint64_t least = is_small(search) ? SMALL_BUDGET : LEAST_BUDGET;
-	const uint64_t few = FEW_SHARE / (effort->terminals * effort->terminals);
-	return (least + (PROGRAM_SHARE + few) * effort->edges) << effort->round;
+	const uint64_t square = effort->terminals * effort->terminals;
+	const uint64_t many = square < MANY_SQUARE ? PROGRAM_SHARE : PROGRAM_SHARE * MANY_SQUARE / square;
+	return (least + (FEW_SHARE / square + many) * effort->edges) << effort->round;
 }
 
 static enum tw_status improve_tree(struct search *search, const struct dual *dual, struct effort *effort)
@@ -208,7 +216,7 @@ static int is_due_for_cuts(const struct search *search, unsigned round)
 	const uint32_t terminals = search->instance.terminal_count;
 	if (!search_uses(search, STEINER_DYNAMIC))
 		return 1;
-	return round >= (terminals > CUT_TERMINALS || (is_small(search) && terminals > FEW_TERMINALS) ? 1 : CUT_ROUND);
+	return round >= (is_small(search) && terminals > FEW_TERMINALS ? 1 : CUT_ROUND);
 }
 
 static enum tw_status run_cuts(struct cutter *cutter, struct search *search, const struct dual *dual, uint64_t budget)

@@ -29,7 +29,8 @@ enum {
 	TREE_SHARE = 20,
 	EXCHANGE_SHARE = 40,
 	WORK_SHARE = 100,
-	LEAST_WORK = 5000000
+	LEAST_WORK = 5000000,
+	LIMIT_PART = 8
 };
 
 #define FAR INT64_MAX
@@ -222,7 +223,12 @@ enum tw_status reduce_by_bounds(struct search *search, int *empty)
 		return TW_OK;
 	/* Ascents by cuts are slow where ways are long, and there those by balls do as well. */
 	const uint64_t budget_end = search->budget_end;
-	search_set_budget(search, LEAST_WORK + WORK_SHARE * (uint64_t)search->instance.edge_count);
+	uint64_t budget = LEAST_WORK + WORK_SHARE * (uint64_t)search->instance.edge_count;
+	/* A short search must come to its first bound. */
+	const uint64_t limit = search->options->work_limit;
+	if (limit && budget > limit / LIMIT_PART)
+		budget = limit / LIMIT_PART + 1;
+	search_set_budget(search, budget);
 	const enum tw_status status = run_passes(search, empty);
 	search->budget_end = budget_end;
 	search->next_poll = search->stop ? 0 : search->work;
