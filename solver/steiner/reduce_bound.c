@@ -157,6 +157,13 @@ static enum tw_status find_tree(struct bounder *bounder)
 	return primal_repeat(bounder->search, bounder->path_cost, 0, TREE_SHARE * (uint64_t)instance->edge_count);
 }
 
+static void report_bound(struct search *search, int64_t bound)
+{
+	const struct instance *instance = &search->instance;
+	const uint64_t fine = ((uint64_t)bound + (instance->base >> instance->shift)) << instance->shift;
+	search_bound(search, fine > instance->base ? fine - instance->base : 0);
+}
+
 static enum tw_status ascend_from(struct bounder *bounder, uint32_t root, int *empty)
 {
 	struct search *search = bounder->search;
@@ -164,6 +171,9 @@ static enum tw_status ascend_from(struct bounder *bounder, uint32_t root, int *e
 	int64_t bound = 0;
 	set_root(bounder, root);
 	enum tw_status status = cut_ascend(&bounder->problem, bounder->reduced, NULL, &bound);
+	/* Also what an interrupted ascent has proven. */
+	if (bound < useless_from(search))
+		report_bound(search, bound);
 	if (status == TW_OK && bound < useless_from(search))
 		status = find_tree(bounder);
 	if (status != TW_OK)
@@ -172,8 +182,6 @@ static enum tw_status ascend_from(struct bounder *bounder, uint32_t root, int *e
 	*empty = bound == INT64_MAX || room <= 0;
 	if (*empty)
 		return TW_OK;
-	const uint64_t fine = ((uint64_t)bound + (instance->base >> instance->shift)) << instance->shift;
-	search_bound(search, fine > instance->base ? fine - instance->base : 0);
 	measure(bounder, 0, room, bounder->from_root);
 	measure(bounder, 1, room, bounder->to_terminal);
 	for (uint32_t e = 0; e < instance->edge_count; e++)
