@@ -21,7 +21,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ITERATIONS_LEAST = 1000, WORK_AT_ONCE = 80000000, WORK_OF_ITERATION = 4, COST_BITS = 10, LOST_SHARE = 8 };
+enum { ITERATIONS_LEAST = 500, WORK_AT_ONCE = 80000000, WORK_OF_ITERATION = 4, COST_BITS = 10, LOST_SHARE = 8 };
 enum { BASIC = 1, AT_LOWER = 3 };                 /* Clp's names for where a variable is */
 enum { SOLVED = 0, INFEASIBLE = 1, STOPPED = 3 }; /* and for how it ended; INFEASIBLE also at the limit */
 #define NO_LIMIT 1e50
@@ -175,16 +175,23 @@ static void limit_time(struct cut_lp *lp)
 		Clp_setMaximumSeconds(lp->model, left_s > 0.01 ? left_s : 0.01);
 }
 
+/* No more than the turn's budget has left. */
+static uint64_t work_at_once(const struct search *search)
+{
+	const uint64_t left = search->budget_end > search->work ? search->budget_end - search->work : 0;
+	return search->budget_end && left < WORK_AT_ONCE ? left : WORK_AT_ONCE;
+}
+
 /* Runs the dual simplex until it ends or the objective reaches `limit`; *code is Clp's status. It is interrupted now
  * and then to look at the clock, but not often: it takes a while to find back. */
 static enum tw_status run_simplex(struct cut_lp *lp, double limit, int *code)
 {
 	const uint64_t cost = WORK_OF_ITERATION * ((uint64_t)lp->row_count + 100);
-	const uint64_t at_once = WORK_AT_ONCE / cost > ITERATIONS_LEAST ? WORK_AT_ONCE / cost : ITERATIONS_LEAST;
 	Clp_setDualObjectiveLimit(lp->model, limit);
 	do {
+		const uint64_t at_once = work_at_once(lp->problem->search) / cost;
 		limit_time(lp);
-		Clp_setMaximumIterations(lp->model, (int)at_once);
+		Clp_setMaximumIterations(lp->model, at_once > ITERATIONS_LEAST ? (int)at_once : ITERATIONS_LEAST);
 		Clp_dual(lp->model, 0);
 		*code = Clp_status(lp->model);
 		const uint64_t iterations = (uint64_t)Clp_numberIterations(lp->model) + 1;
