@@ -29,7 +29,7 @@ enum {
 	SHRINKS = 2
 };
 enum { FEW_TERMINALS = 14, CUT_ROUND = 4 };
-enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, REPEAT_SHARE = 50 };
+enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, SMALL_SHARE = 700, REPEAT_SHARE = 50 };
 
 static int is_small(const struct search *search)
 {
@@ -160,10 +160,11 @@ struct effort {
 
 static uint64_t program_budget(const struct search *search, const struct effort *effort)
 {
-	const uint64_t least = is_small(search) ? SMALL_BUDGET : LEAST_BUDGET;
+	if (is_small(search))
+		return (SMALL_BUDGET + SMALL_SHARE * effort->edges) << effort->round;
 	const uint64_t square = effort->terminals * effort->terminals;
 	const uint64_t many = square < MANY_SQUARE ? PROGRAM_SHARE : PROGRAM_SHARE * MANY_SQUARE / square;
-	return (least + (FEW_SHARE / square + many) * effort->edges) << effort->round;
+	return (LEAST_BUDGET + (FEW_SHARE / square + many) * effort->edges) << effort->round;
 }
 
 static enum tw_status improve_tree(struct search *search, const struct dual *dual, struct effort *effort)
@@ -186,7 +187,8 @@ static enum tw_status prepare(struct search *search, struct dual *dual, struct e
 	search->stats->seconds_primal += improved_s - started_s;
 	if (status == TW_OK && !search_is_proven(search)) {
 		search_enter(search, "dual ascent");
-		status = raise_bound(search, dual, (DUAL_SHARE * effort->edges * effort->terminals) << effort->round);
+		const uint64_t share = DUAL_SHARE * effort->edges * effort->terminals;
+		status = raise_bound(search, dual, (share > LEAST_BUDGET ? share : LEAST_BUDGET) << effort->round);
 	}
 	search->stats->seconds_dual += search_clock_s() - improved_s;
 	return status;

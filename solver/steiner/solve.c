@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Work units for each edge. */
-enum { ASCENT_SHARE = 20 };
+enum { ASCENT_SHARE = 20, ASCENT_LEAST = 1500000 };
 
 static enum tw_status run_stages(struct search *search)
 {
@@ -34,7 +34,8 @@ static enum tw_status run_stages(struct search *search)
 	search_enter(search, "dual ascent");
 	started_s = search_clock_s();
 	struct dual dual;
-	status = dual_ascend_best(&dual, search, ASCENT_SHARE * search->instance.edge_count);
+	const uint64_t share = ASCENT_SHARE * (uint64_t)search->instance.edge_count;
+	status = dual_ascend_best(&dual, search, share > ASCENT_LEAST ? share : ASCENT_LEAST);
 	search->stats->seconds_dual = search_clock_s() - started_s;
 	return status == TW_OK ? prove_optimum(search, &dual) : status;
 }
