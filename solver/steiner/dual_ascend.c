@@ -110,7 +110,7 @@ struct attempt {
 	unsigned factor_percent;
 };
 
-static const struct attempt attempts[] = {{0, 300}, {0, 130}, {1, 300}, {0, 1000}, {1, 130},
+static const struct attempt attempts[] = {{0, 300}, {1, 300}, {0, 130}, {0, 1000}, {1, 130},
 					  {2, 300}, {0, 110}, {2, 130}, {1, 110}};
 
 static uint32_t terminal_of_rank(const struct dual *dual, uint32_t rank)

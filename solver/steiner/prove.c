@@ -28,7 +28,7 @@ enum {
 	MOST_ROUNDS = 20,
 	SHRINKS = 2
 };
-enum { FEW_TERMINALS = 14, CUT_ROUND = 4 };
+enum { FEW_TERMINALS = 14, CUT_ROUND = 6 };
 enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, SMALL_SHARE = 700, REPEAT_SHARE = 50 };
 
 static int is_small(const struct search *search)

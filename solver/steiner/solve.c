@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Work units for each edge. */
-enum { ASCENT_SHARE = 20, ASCENT_LEAST = 1500000 };
+enum { ASCENT_SHARE = 30, ASCENT_LEAST = 1500000 };
 
 static enum tw_status run_stages(struct search *search)
 {

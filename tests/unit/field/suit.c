@@ -2,9 +2,9 @@
  * and what motions of a real suit say about where it strains. */
 #include "solver/field/field.h"
 #include "solver/field/means.h"
-#include "solver/motion/fit.h"
 #include "solver/field/strip.h"
 #include "solver/garment/import.h"
+#include "solver/motion/fit.h"
 #include "solver/sample/sample.h"
 
 #include "tests/oracle/geos_strip.h"
