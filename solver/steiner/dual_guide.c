@@ -2,11 +2,10 @@
  *
  * Complementary slackness: for a tree T directed away from the root, weight(T) - bound is the sum of two losses, the
  * costs that are left on the arcs of T, and, for every cut, its value times the number of arcs beyond the first by
- * which T enters it (S. Vajda's text-book identity for linear programs; for Steiner cuts in Polzin & Vahdati
- * Daneshmand, A comparison of Steiner tree relaxations, Discrete Appl. Math. 112, 2001). An ascent that knows a light
- * tree can avoid the second: a ball stops growing as soon as it cuts the tree in two parts, and waits until the balls
- * of other terminals have made the way between the parts free. And a local search that knows both sees at which
- * terminals the bound is lost. Any tree will do for a sound bound, because it only chooses the order of growth. */
+ * which T enters it. An ascent that knows a light tree can avoid the second: a ball stops growing as soon as it cuts
+ * the tree in two parts, and waits until the balls of other terminals have made the way between the parts free. And a
+ * local search that knows both sees at which terminals the bound is lost. Any tree will do for a sound bound, because
+ * it only chooses the order of growth. */
 #include "solver/steiner/dual_guide.h"
 
 #include "solver/steiner/dual_ball.h"
