@@ -38,18 +38,25 @@ struct tw_error {
 };
 
 /* Fills *error (may be NULL). `where` may be NULL. The text is cut, never overrun. */
-TW_PRINTF(5, 6)
-static inline void tw_error_fill(struct tw_error *error, enum tw_status status, const char *type, const char *where,
-				 const char *format, ...)
+TW_PRINTF(5, 0)
+static inline void tw_error_vfill(struct tw_error *error, enum tw_status status, const char *type, const char *where,
+				  const char *format, va_list arguments)
 {
 	if (!error)
 		return;
 	error->status = status;
 	error->type = type;
 	snprintf(error->where, sizeof error->where, "%s", where ? where : "");
+	vsnprintf(error->text, sizeof error->text, format, arguments);
+}
+
+TW_PRINTF(5, 6)
+static inline void tw_error_fill(struct tw_error *error, enum tw_status status, const char *type, const char *where,
+				 const char *format, ...)
+{
 	va_list arguments;
 	va_start(arguments, format);
-	vsnprintf(error->text, sizeof error->text, format, arguments);
+	tw_error_vfill(error, status, type, where, format, arguments);
 	va_end(arguments);
 }
 

@@ -11,7 +11,7 @@ static const double coordinate_limit_mm = 1e6;
 
 enum tw_status fail_at_face(const struct draft *draft, uint32_t face, const char *type, const char *format, ...)
 {
-	char where[64], text[sizeof draft->error->text];
+	char where[64];
 	const uint32_t *line = draft->worn->polygon_line;
 	if (line)
 		snprintf(where, sizeof where, "face %u, line %u", face, line[draft->face_polygon[face]]);
@@ -19,9 +19,9 @@ enum tw_status fail_at_face(const struct draft *draft, uint32_t face, const char
 		snprintf(where, sizeof where, "face %u", face);
 	va_list arguments;
 	va_start(arguments, format);
-	vsnprintf(text, sizeof text, format, arguments);
+	tw_error_vfill(draft->error, TW_ERROR_INPUT, type, where, format, arguments);
 	va_end(arguments);
-	return tw_fail(draft->error, TW_ERROR_INPUT, type, where, "%s", text);
+	return TW_ERROR_INPUT;
 }
 
 double draft_face_cross(const struct draft *draft, uint32_t face)

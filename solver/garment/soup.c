@@ -26,13 +26,13 @@ void report_warn(struct garment_report *report, const char *type, const char *pl
 
 enum tw_status fail_at_line(struct tw_error *error, const char *type, uint32_t line, const char *format, ...)
 {
-	char where[32], text[sizeof error->text];
+	char where[32];
 	snprintf(where, sizeof where, "line %u", line);
 	va_list arguments;
 	va_start(arguments, format);
-	vsnprintf(text, sizeof text, format, arguments);
+	tw_error_vfill(error, TW_ERROR_INPUT, type, where, format, arguments);
 	va_end(arguments);
-	return tw_fail(error, TW_ERROR_INPUT, type, where, "%s", text);
+	return TW_ERROR_INPUT;
 }
 
 enum tw_status check_counts(uint64_t vertices, uint64_t polygons, struct tw_error *error)

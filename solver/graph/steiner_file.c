@@ -41,13 +41,13 @@ TW_PRINTF(4, 5)
 static enum tw_status refuse(const struct reader *reader, enum tw_status status, const char *type, const char *format,
 			     ...)
 {
-	char where[40], text[320];
+	char where[40];
 	snprintf(where, sizeof where, "line %zu", reader->line_number);
 	va_list arguments;
 	va_start(arguments, format);
-	vsnprintf(text, sizeof text, format, arguments);
+	tw_error_vfill(reader->error, status, type, where, format, arguments);
 	va_end(arguments);
-	return tw_fail(reader->error, status, type, where, "%s", text);
+	return status;
 }
 
 static enum tw_status refuse_syntax(const struct reader *reader, const char *expected)

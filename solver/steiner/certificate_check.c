@@ -24,12 +24,11 @@ struct check {
 TW_PRINTF(3, 4)
 static enum tw_status refuse(const struct check *check, const char *where, const char *format, ...)
 {
-	char text[320];
 	va_list arguments;
 	va_start(arguments, format);
-	vsnprintf(text, sizeof text, format, arguments);
+	tw_error_vfill(check->error, TW_ERROR_INPUT, "steiner-certificate-wrong", where, format, arguments);
 	va_end(arguments);
-	return tw_fail(check->error, TW_ERROR_INPUT, "steiner-certificate-wrong", where, "%s", text);
+	return TW_ERROR_INPUT;
 }
 
 static enum tw_status check_claims(const struct check *check, uint32_t terminal_count)

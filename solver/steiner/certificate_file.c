@@ -21,13 +21,13 @@ struct reader {
 TW_PRINTF(3, 4)
 static enum tw_status refuse(const struct reader *reader, const char *type, const char *format, ...)
 {
-	char where[40], text[320];
+	char where[40];
 	snprintf(where, sizeof where, "line %zu", reader->line_number);
 	va_list arguments;
 	va_start(arguments, format);
-	vsnprintf(text, sizeof text, format, arguments);
+	tw_error_vfill(reader->error, TW_ERROR_INPUT, type, where, format, arguments);
 	va_end(arguments);
-	return tw_fail(reader->error, TW_ERROR_INPUT, type, where, "%s", text);
+	return TW_ERROR_INPUT;
 }
 
 static int is_space(char c)
