@@ -16,6 +16,8 @@
  * bounds are rounded up to whole units at the end. */
 #include "solver/steiner/cut_lp.h"
 
+#include "solver/steiner/splitmix.h"
+
 #include <coin/Clp_C_Interface.h>
 #include <float.h>
 #include <math.h>
@@ -26,13 +28,10 @@ enum { BASIC = 1, AT_LOWER = 3 };                 /* Clp's names for where a var
 enum { SOLVED = 0, INFEASIBLE = 1, STOPPED = 3 }; /* and for how it ended; INFEASIBLE also at the limit */
 #define NO_LIMIT 1e50
 
-/* A number in [0, 1) that belongs to the arc (splitmix64; Steele, Lea & Flood 2014). */
+/* A number in [0, 1) that belongs to the arc. */
 static double share_of(uint64_t arc)
 {
-	uint64_t z = (arc + 1) * 0x9e3779b97f4a7c15u;
-	z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-	z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-	return ldexp((double)((z ^ (z >> 31)) >> 11), -53);
+	return ldexp((double)(splitmix(arc * SPLITMIX_STEP) >> 11), -53);
 }
 
 static enum tw_status load_columns(struct cut_lp *lp)

@@ -25,7 +25,7 @@ int dual_make_room(struct dual *dual);
 enum tw_status dual_ascend_group(struct dual *dual, struct search *search, uint32_t *group, uint32_t count,
 				 uint64_t limit, unsigned factor_percent, int guided) TW_NODISCARD;
 
-/* A pseudo-random number below `below` (SplitMix64; Steele, Lea & Flood, OOPSLA 2014), the same on every machine. */
+/* A pseudo-random number below `below`, the same on every machine. */
 uint64_t dual_draw(struct dual *dual, uint64_t below);
 
 #endif

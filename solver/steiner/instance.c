@@ -3,15 +3,9 @@
  * the edges, which every stage spends many times over anyway, and leaves arrays without holes for the hot loops. */
 #include "solver/steiner/instance.h"
 
-#include <string.h>
+#include "solver/steiner/splitmix.h"
 
-static uint64_t mix(uint64_t x) /* splitmix64, Steele, Lea & Flood 2014 */
-{
-	x += 0x9e3779b97f4a7c15u;
-	x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-	x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-	return x ^ (x >> 31);
-}
+#include <string.h>
 
 static unsigned bits(uint64_t x)
 {
@@ -82,7 +76,7 @@ static void copy_component(struct instance *instance, const struct graph *graph,
 			instance->ends[2 * i + 1] = number[graph->ends[2 * e + 1]];
 			instance->weight[i] = graph->weight[e] << instance->shift;
 			if (instance->shift)
-				instance->weight[i] |= mix(e) >> (64 - AMOUNT_BITS);
+				instance->weight[i] |= splitmix(e) >> (64 - AMOUNT_BITS);
 			instance->origin[i] = e;
 		}
 }

@@ -6,6 +6,7 @@
 #include "solver/steiner/primal_path.h"
 
 #include "solver/steiner/heap.h"
+#include "solver/steiner/union_find.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -27,13 +28,6 @@ static int compare_borders(const void *a, const void *b)
 	if (x->length != y->length)
 		return x->length < y->length ? -1 : 1;
 	return (x->edge > y->edge) - (x->edge < y->edge);
-}
-
-static uint32_t find(uint32_t *parent, uint32_t v)
-{
-	while (parent[v] != v)
-		v = parent[v] = parent[parent[v]];
-	return v;
 }
 
 static void grow_regions(struct search *search, const uint64_t *cost, const uint8_t *allowed,
@@ -124,7 +118,7 @@ enum tw_status primal_path_connect(struct search *search, const uint64_t *cost, 
 		for (uint32_t i = 0; i < border_count; i++) {
 			const uint32_t u = instance->ends[2 * borders[i].edge];
 			const uint32_t v = instance->ends[2 * borders[i].edge + 1];
-			const uint32_t a = find(parent, voronoi.base[u]), b = find(parent, voronoi.base[v]);
+			const uint32_t a = union_find(parent, voronoi.base[u]), b = union_find(parent, voronoi.base[v]);
 			if (a == b)
 				continue;
 			parent[a] = b;

@@ -2,6 +2,8 @@
  * the instance: `has`, `degree` and `parent` are valid only where the tree is, and are wiped edge by edge. */
 #include "solver/steiner/primal_tree.h"
 
+#include "solver/steiner/union_find.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,13 +18,6 @@ enum tw_status primal_tree_init(struct primal_tree *tree, struct arena *arena, c
 		.parent = ARENA_ARRAY(arena, n, uint32_t),
 	};
 	return tree->edge && tree->has && tree->degree && tree->parent ? TW_OK : TW_ERROR_MEMORY;
-}
-
-static uint32_t find(uint32_t *parent, uint32_t v)
-{
-	while (parent[v] != v)
-		v = parent[v] = parent[parent[v]];
-	return v;
 }
 
 static void wipe(struct primal_tree *tree)
@@ -58,7 +53,7 @@ static void span(struct primal_tree *tree, const uint32_t *edges, uint32_t edge_
 		}
 	for (uint32_t i = 0; i < edge_count; i++) {
 		const uint32_t e = edges[i], u = instance->ends[2 * e], v = instance->ends[2 * e + 1];
-		const uint32_t a = find(parent, u), b = find(parent, v);
+		const uint32_t a = union_find(parent, u), b = union_find(parent, v);
 		if (a == b)
 			continue;
 		parent[a] = b;

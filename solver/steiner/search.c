@@ -5,6 +5,8 @@
  * without its bare ends, can only be lighter. Nothing becomes the best tree that steiner_verify has not seen. */
 #include "solver/steiner/search.h"
 
+#include "solver/steiner/union_find.h"
+
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -70,13 +72,6 @@ void search_enter(struct search *search, const char *stage)
 	report(search, search_clock_s());
 }
 
-static uint32_t find(uint32_t *parent, uint32_t v)
-{
-	while (parent[v] != v)
-		v = parent[v] = parent[parent[v]];
-	return v;
-}
-
 struct weighted {
 	uint64_t weight;
 	uint32_t edge;
@@ -108,8 +103,8 @@ static uint32_t span(const struct graph *graph, struct weighted *sorted, uint32_
 	qsort(sorted, count, sizeof *sorted, compare_weighted);
 	uint32_t kept = 0;
 	for (uint32_t i = 0; i < count; i++) {
-		uint32_t u = find(parent, graph->ends[2 * sorted[i].edge]);
-		uint32_t v = find(parent, graph->ends[2 * sorted[i].edge + 1]);
+		uint32_t u = union_find(parent, graph->ends[2 * sorted[i].edge]);
+		uint32_t v = union_find(parent, graph->ends[2 * sorted[i].edge + 1]);
 		if (u == v)
 			continue;
 		parent[u] = v;
