@@ -4,6 +4,7 @@
 #include "solver/steiner/dual_ball.h"
 #include "solver/steiner/dual_guide.h"
 #include "solver/steiner/dual_queue.h"
+#include "solver/steiner/splitmix.h"
 
 #include <string.h>
 
@@ -11,11 +12,9 @@ enum { NEAR_COUNT = 24 };
 
 uint64_t dual_draw(struct dual *dual, uint64_t below)
 {
-	dual->random += 0x9e3779b97f4a7c15u;
-	uint64_t x = dual->random;
-	x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-	x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-	return (x ^ (x >> 31)) % below;
+	const uint64_t number = splitmix(dual->random);
+	dual->random += SPLITMIX_STEP;
+	return number % below;
 }
 
 uint32_t dual_coarse(const struct dual *dual, uint64_t fine)
@@ -49,48 +48,55 @@ static enum tw_status allocate(struct dual *dual, struct search *search, size_t 
 	size_t n = instance->vertex_count, arcs = 2 * (size_t)instance->edge_count, k = instance->terminal_count;
 	dual->arena = arena;
 	dual->instance = instance;
-	dual->near_count = (uint32_t)(k - 1 < NEAR_COUNT ? k - 1 : NEAR_COUNT);
 	dual->value = ARENA_ZEROED(arena, k, uint64_t);
 	dual->arc = ARENA_ARRAY(arena, arcs, struct dual_arc);
 	dual->mate = ARENA_ARRAY(arena, arcs, uint32_t);
 	dual->distance = ARENA_ARRAY(arena, n, uint32_t);
 	dual->queue = ARENA_ARRAY(arena, arcs + k, uint64_t);
 	dual->stack = ARENA_ARRAY(arena, arcs + k, uint32_t);
-	dual->near = ARENA_ARRAY(arena, k * dual->near_count, uint32_t);
-	dual->near_distance = ARENA_ARRAY(arena, k, uint32_t);
-	dual->middle = ARENA_ZEROED(arena, k, uint64_t);
 	dual->inner = ARENA_ARRAY(arena, k, uint64_t);
 	dual->ball_capacity = (uint32_t)(16 * k + 64);
 	dual->ball = ARENA_ARRAY(arena, dual->ball_capacity, struct dual_ball);
 	dual->member_capacity = 4 * n + member_room;
 	dual->member = ARENA_ARRAY(arena, dual->member_capacity, struct dual_member);
 	if (!dual->value || !dual->arc || !dual->mate || !dual->distance || !dual->queue || !dual->stack ||
-	    !dual->near || !dual->near_distance || !dual->middle || !dual->inner || !dual->ball || !dual->member)
+	    !dual->inner || !dual->ball || !dual->member)
 		return TW_ERROR_MEMORY;
 	memset(dual->distance, 0xff, n * sizeof *dual->distance);
 	fill_arcs(dual);
 	return dual_guide_allocate(dual, search);
 }
 
-enum tw_status dual_init(struct dual *dual, struct search *search, uint32_t root)
+/* Terminals keep their indices and, about, their distances, whatever is deleted. */
+static void share_survey(struct dual *dual, const struct dual *from)
 {
-	*dual = (struct dual){.root = root, .random = 1};
+	dual->near = from->near;
+	dual->near_count = from->near_count;
+	dual->near_distance = from->near_distance;
+	dual->middle = from->middle;
+}
+
+enum tw_status dual_init(struct dual *dual, struct search *search)
+{
+	const size_t k = search->instance.terminal_count;
+	*dual = (struct dual){.random = 1};
 	while (search_cutoff(search) >> dual->coarse_shift >= DUAL_FAR)
 		dual->coarse_shift++;
-	enum tw_status status = allocate(dual, search, 0);
-	if (status == TW_OK)
-		status = dual_survey(dual, search);
-	return status == TW_OK ? dual_guide(dual, search) : status;
+	dual->near_count = (uint32_t)(k - 1 < NEAR_COUNT ? k - 1 : NEAR_COUNT);
+	dual->near = ARENA_ARRAY(search->arena, k * dual->near_count, uint32_t);
+	dual->near_distance = ARENA_ARRAY(search->arena, k, uint32_t);
+	dual->middle = ARENA_ZEROED(search->arena, k, uint64_t);
+	if (!dual->near || !dual->near_distance || !dual->middle)
+		return TW_ERROR_MEMORY;
+	const enum tw_status status = allocate(dual, search, 0);
+	return status == TW_OK ? dual_survey(dual, search) : status;
 }
 
 enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from)
 {
 	*dual = (struct dual){.root = from->root, .random = 1, .coarse_shift = from->coarse_shift};
-	const enum tw_status status = allocate(dual, search, 0);
-	dual->near = from->near;
-	dual->near_distance = from->near_distance;
-	dual->middle = from->middle;
-	return status;
+	share_survey(dual, from);
+	return allocate(dual, search, 0);
 }
 
 enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root)
@@ -166,10 +172,7 @@ enum tw_status dual_transfer(struct dual *dual, struct search *search, const str
 	enum tw_status status = allocate(dual, search, from->member_count);
 	if (status != TW_OK)
 		return status;
-	size_t k = search->instance.terminal_count;
-	memcpy(dual->near, from->near, k * dual->near_count * sizeof *dual->near);
-	memcpy(dual->near_distance, from->near_distance, k * sizeof *dual->near_distance);
-	memcpy(dual->middle, from->middle, k * sizeof *dual->middle);
+	share_survey(dual, from);
 	for (uint32_t b = 0; b < from->ball_count; b++) {
 		const struct dual_member *member = from->member + from->ball[b].start;
 		struct dual_ball ball = from->ball[b];

@@ -77,13 +77,15 @@ struct dual {
 	uint64_t random;  /* state of the generator that picks what to grow anew */
 };
 
-/* Sets up a dual without balls for search->instance; `root`: index of a terminal. The search's best tree is its guide
- * (dual_guide.c), and becomes so again with every dual_improve. Everything is allocated from
+/* Sets up a dual without balls for search->instance and surveys its terminals. Everything is allocated from
  * search->arena and stays until the caller releases it. There must be a tree (its weight chooses coarse_shift). */
-enum tw_status dual_init(struct dual *dual, struct search *search, uint32_t root) TW_NODISCARD;
+enum tw_status dual_init(struct dual *dual, struct search *search) TW_NODISCARD;
 
-/* The same, with the survey of `from`, for any root: it may ascend after dual_restart, which takes all balls away. */
+/* Another one for the same instance, with the survey of `from`, which it borrows. */
 enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from) TW_NODISCARD;
+
+/* Takes all balls away and chooses the root, the index of a terminal: then the dual may ascend. The search's best tree
+ * becomes its guide (dual_guide.c), and does so again with every dual_improve. */
 enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root) TW_NODISCARD;
 
 /* For dual_init: fills near, near_distance and middle. Below, what a fine weight is in coarse units. */
@@ -111,7 +113,7 @@ void dual_from_root(const struct dual *dual, struct search *search, uint32_t lim
 void dual_to_terminal(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *to_terminal);
 
 /* Sets up `dual` for search->instance, which is `from`'s instance without some vertices and edges, with the balls of
- * `from`. `number`: the new number of each old vertex, INSTANCE_NONE where it is gone. */
+ * `from`, whose survey it borrows. `number`: the new number of each old vertex, INSTANCE_NONE where it is gone. */
 enum tw_status dual_transfer(struct dual *dual, struct search *search, const struct dual *from,
 			     const uint32_t *number) TW_NODISCARD;
 

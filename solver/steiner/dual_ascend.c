@@ -126,7 +126,7 @@ enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint64
 	const uint32_t terminals = search->instance.terminal_count;
 	const uint64_t end = search->work + effort;
 	struct dual rival;
-	enum tw_status status = dual_init(dual, search, 0);
+	enum tw_status status = dual_init(dual, search);
 	if (status == TW_OK)
 		status = dual_init_like(&rival, search, dual);
 	for (uint32_t i = 0; status == TW_OK && i < sizeof attempts / sizeof *attempts; i++) {
