@@ -33,23 +33,12 @@ static void make_mesh(struct large *large, uint32_t side, int light)
 	large->arena = arena_new(0);
 	assert_non_null(large->arena);
 	const size_t room = 3 * (size_t)side * side;
-	uint32_t *ends = ARENA_ARRAY(large->arena, 2 * room, uint32_t), count = 0;
+	uint32_t *ends = ARENA_ARRAY(large->arena, 2 * room, uint32_t);
 	uint64_t *weight = ARENA_ARRAY(large->arena, room, uint64_t), numbers = 1;
 	assert_true(ends && weight);
-	for (uint32_t y = 0; y < side; y++)
-		for (uint32_t x = 0; x < side; x++) {
-			const uint32_t v = y * side + x, next[3] = {v + 1, v + side, v + side + 1};
-			const int right = x + 1 < side, below = y + 2 < side;
-			const int is_there[3] = {right, below, right && below};
-			for (uint32_t i = 0; i < 3; i++) {
-				if (!is_there[i])
-					continue;
-				ends[2 * count] = v;
-				ends[2 * count + 1] = next[i];
-				weight[count++] =
-					light ? random_next(&numbers) % 3 : 10000 + random_next(&numbers) % 5000;
-			}
-		}
+	const uint32_t count = mesh_edges(side, 1, ends);
+	for (uint32_t e = 0; e < count; e++)
+		weight[e] = light ? random_next(&numbers) % 3 : 10000 + random_next(&numbers) % 5000;
 	build(large, side * side, count, ends, weight);
 }
 

@@ -71,6 +71,27 @@ static inline void shape_grid(struct instance_case *c, uint32_t width, uint32_t 
 		}
 }
 
+/* The edges of triangles over side * side vertices, whose last `apart` rows (0 or 1) nothing joins to the others.
+ * Returns how many there are; room for 3 * side * side. For meshes larger than a case. */
+static inline uint32_t mesh_edges(uint32_t side, uint32_t apart, uint32_t *ends)
+{
+	uint32_t count = 0;
+	for (uint32_t y = 0; y < side; y++)
+		for (uint32_t x = 0; x < side; x++) {
+			const uint32_t v = y * side + x, next[3] = {v + 1, v + side, v + side + 1};
+			const int right = x + 1 < side, below = y + 1 + apart < side;
+			const int is_there[3] = {right, below, right && below};
+			for (uint32_t i = 0; i < 3; i++) {
+				if (!is_there[i])
+					continue;
+				ends[2 * count] = v;
+				ends[2 * count + 1] = next[i];
+				count++;
+			}
+		}
+	return count;
+}
+
 /* A triangulated sphere: start from a tetrahedron, put vertices into random faces (Apollonian), then flip edges' worth
  * of variety in by taking faces that were split least. All V - E + F = 2. */
 static inline void shape_sphere(struct instance_case *c, uint32_t vertices, uint64_t *state)

@@ -15,22 +15,12 @@ enum { SIDE = 48, MOST_THREADS = 3 };
 static void build_mesh(struct graph *graph, struct arena *arena, uint64_t seed)
 {
 	enum { ROOM = 3 * SIDE * SIDE };
-	uint32_t *ends = ARENA_ARRAY(arena, 2 * ROOM, uint32_t), count = 0;
+	uint32_t *ends = ARENA_ARRAY(arena, 2 * ROOM, uint32_t);
 	uint64_t *weight = ARENA_ARRAY(arena, ROOM, uint64_t);
 	assert_true(ends && weight);
-	for (uint32_t y = 0; y < SIDE; y++)
-		for (uint32_t x = 0; x < SIDE; x++) {
-			const uint32_t v = y * SIDE + x, next[3] = {v + 1, v + SIDE, v + SIDE + 1};
-			const int right = x + 1 < SIDE, below = y + 1 < SIDE;
-			const int is_there[3] = {right, below, right && below};
-			for (uint32_t i = 0; i < 3; i++) {
-				if (!is_there[i])
-					continue;
-				ends[2 * count] = v;
-				ends[2 * count + 1] = next[i];
-				weight[count++] = 10000 + random_next(&seed) % 9000;
-			}
-		}
+	const uint32_t count = mesh_edges(SIDE, 0, ends);
+	for (uint32_t e = 0; e < count; e++)
+		weight[e] = 10000 + random_next(&seed) % 9000;
 	assert_int_equal(graph_build(graph, arena, SIDE * SIDE, count, ends, weight, NULL), TW_OK);
 }
 
