@@ -1,7 +1,7 @@
 /* Exact Steiner trees: the minimum-weight tree of a graph that spans given terminals, with a proof.
  *
  * Deterministic: effort is counted in work units, so equal input and options give equal trees, bounds and statistics on
- * every machine and for every number of threads; only `deadline_ms` and `cancelled` bring the clock in. No globals. */
+ * every machine and for every number of threads; only `time_limit_s` and `cancelled` bring the clock in. No globals. */
 #ifndef SOLVER_STEINER_STEINER_H
 #define SOLVER_STEINER_STEINER_H
 
