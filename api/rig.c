@@ -1,11 +1,11 @@
 /* The bench rig: what it measures now, and recordings. The rig process writes, this reads. */
-#include "storage/rig.h"
 #include "api/handlers.h"
 #include "api/json.h"
 #include "api/page.h"
 #include "api/recording.h"
 #include "api/resource.h"
 #include "solver/option_json.h"
+#include "storage/recording.h"
 
 #include <stdlib.h>
 #include <string.h>

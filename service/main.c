@@ -1,5 +1,5 @@
 /* tightwire: the table of subcommands, from which the usage text is printed too. */
-#include "service/command.h"
+#include "service/command/command.h"
 
 #include "tightwire.h"
 

@@ -11,8 +11,8 @@
  * open: then the step is a part of the gap. */
 #include "solver/steiner/guess.h"
 
-#include "solver/steiner/dp.h"
-#include "solver/steiner/fix.h"
+#include "solver/steiner/program/dp.h"
+#include "solver/steiner/reduce/fix.h"
 
 /* What the next guess will take, from what the last two took: their growth goes on, and is fourfold at first. */
 static uint64_t foresee(uint64_t last, uint64_t before)

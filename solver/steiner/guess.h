@@ -2,7 +2,7 @@
 #ifndef SOLVER_STEINER_GUESS_H
 #define SOLVER_STEINER_GUESS_H
 
-#include "solver/steiner/dual.h"
+#include "solver/steiner/dual/dual.h"
 #include "solver/steiner/search.h"
 
 /* Proves an optimum of search->instance, whose dual is `dual`. TW_ERROR_CANCELLED when the search, or its budget, ends;

@@ -10,13 +10,13 @@
  * that the answer is the same everywhere. */
 #include "solver/steiner/prove.h"
 
-#include "solver/steiner/cut.h"
-#include "solver/steiner/fix.h"
+#include "solver/steiner/cut/cut.h"
 #include "solver/steiner/guess.h"
-#include "solver/steiner/primal.h"
-#include "solver/steiner/primal_repeat.h"
-#include "solver/steiner/reduce.h"
-#include "solver/steiner/reduce_bound.h"
+#include "solver/steiner/primal/primal.h"
+#include "solver/steiner/primal/repeat.h"
+#include "solver/steiner/reduce/bound.h"
+#include "solver/steiner/reduce/fix.h"
+#include "solver/steiner/reduce/reduce.h"
 
 /* Work units for each edge; from the second round on they double from round to round. */
 enum { DUAL_SHARE = 2, PRIMAL_SHARE = 1, MOST_TERMINALS = 100 }; /* also for each terminal, up to so many */

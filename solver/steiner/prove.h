@@ -2,7 +2,7 @@
 #ifndef SOLVER_STEINER_PROVE_H
 #define SOLVER_STEINER_PROVE_H
 
-#include "solver/steiner/dual.h"
+#include "solver/steiner/dual/dual.h"
 #include "solver/steiner/search.h"
 
 /* Solves search->instance to a proof. `dual` belongs to it and gets better on the way. TW_ERROR_MEMORY,

@@ -1,8 +1,8 @@
 /* Purpose: the solver's table of contents: the stages in their order, and how their outcomes become an answer. */
-#include "solver/steiner/primal.h"
+#include "solver/steiner/primal/primal.h"
 #include "solver/steiner/prove.h"
-#include "solver/steiner/reduce.h"
-#include "solver/steiner/reduce_bound.h"
+#include "solver/steiner/reduce/bound.h"
+#include "solver/steiner/reduce/reduce.h"
 #include "solver/steiner/search.h"
 
 #include <string.h>

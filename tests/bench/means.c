@@ -1,7 +1,7 @@
 /* A thousand frames of the sample suit, from a PC2 file that is in the system's cache to the mean densities of every
  * face, on one core. */
 #include "solver/field/means.h"
-#include "service/file.h"
+#include "service/command/file.h"
 #include "solver/sample/sample.h"
 
 #include "tests/bench/bench.h"

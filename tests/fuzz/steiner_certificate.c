@@ -1,6 +1,6 @@
 /* Any bytes as a certificate: read, checked against a small graph, and written again. What the checker accepts must not
  * claim more than the optimum of that graph. */
-#include "solver/steiner/certificate_file.h"
+#include "solver/steiner/certificate/file.h"
 
 #include <stdlib.h>
 #include <string.h>

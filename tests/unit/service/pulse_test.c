@@ -1,7 +1,7 @@
 /* The heartbeat thread, on a store of its own. */
 #include "tests/unit/storage/fixture.h"
 
-#include "service/pulse.h"
+#include "service/worker/pulse.h"
 
 #include <sys/wait.h>
 #include <time.h>

@@ -1,6 +1,6 @@
 /* Worker processes, real ones, on a store: what they do with jobs, and what is left of a job when they are stopped. The
  * binary is that of the environment's TIGHTWIRE. */
-#include "service/worker.h"
+#include "service/worker/worker.h"
 
 #include "tests/unit/storage/fixture.h"
 

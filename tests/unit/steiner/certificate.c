@@ -1,7 +1,7 @@
 /* Claims about certificates: what the solver writes holds, what somebody changed does not, and no certificate that the
  * checker accepts ever proves more than the optimum. */
 #include "oracle.h"
-#include "solver/steiner/certificate_file.h"
+#include "solver/steiner/certificate/file.h"
 #include "solver/steiner/steiner.h"
 
 #include <setjmp.h>

@@ -1,9 +1,9 @@
 /* The dual bound: what its balls claim is added up here arc by arc, from the members alone, with and without a guide,
  * through local search and deletion. */
-#include "solver/steiner/dual.h"
+#include "solver/steiner/dual/dual.h"
 #include "oracle.h"
-#include "solver/steiner/fix.h"
-#include "solver/steiner/primal.h"
+#include "solver/steiner/primal/primal.h"
+#include "solver/steiner/reduce/fix.h"
 #include "solver/steiner/steiner.h"
 
 #include <setjmp.h>

@@ -1,7 +1,7 @@
 /* The rig's state and recordings. */
 #include "tests/unit/storage/fixture.h"
 
-#include "storage/rig.h"
+#include "storage/recording.h"
 
 static struct rig_sample sample(int64_t number)
 {

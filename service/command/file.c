@@ -1,0 +1,142 @@
+#include "service/command/file.h"
+
+#include <errno.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static enum tw_status fail_file(const char *path, const char *doing, struct tw_error *error)
+{
+	int number = errno;
+	enum tw_status status = number == ENOSPC || number == EDQUOT || number == EFBIG ? TW_ERROR_FULL : TW_ERROR_IO;
+	return tw_fail(error, status, "file", path, "cannot %s: %s", doing, strerror(number));
+}
+
+enum tw_status file_blame(enum tw_status status, const char *path, struct tw_error *error)
+{
+	if (status && path && strcmp(error->where, path) != 0) {
+		char where[sizeof error->where];
+		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? ": " : "", error->where);
+		memcpy(error->where, where, sizeof where);
+	}
+	return status;
+}
+
+/* Reads until the end or the limit; the file may be a pipe, so its size is not asked for. */
+static enum tw_status read_all(FILE *file, const char *path, size_t limit, char **bytes, size_t *size,
+			       struct tw_error *error)
+{
+	size_t capacity = 0;
+	for (;;) {
+		if (*size + 1 >= capacity) {
+			capacity = capacity ? 2 * capacity : (size_t)1 << 16;
+			char *larger = realloc(*bytes, capacity);
+			if (!larger)
+				return tw_fail_memory(error);
+			*bytes = larger;
+		}
+		size_t got = fread(*bytes + *size, 1, capacity - 1 - *size, file);
+		*size += got;
+		if (*size > limit)
+			return tw_fail(error, TW_ERROR_LIMIT, "file-too-large", path, "is larger than %zu bytes",
+				       limit);
+		if (!got)
+			break;
+	}
+	(*bytes)[*size] = 0;
+	return ferror(file) ? fail_file(path, "read", error) : TW_OK;
+}
+
+enum tw_status file_read(const char *path, size_t limit, char **bytes, size_t *size, struct tw_error *error)
+{
+	*bytes = NULL;
+	*size = 0;
+	bool standard = !strcmp(path, "-");
+	FILE *file = standard ? stdin : fopen(path, "rb");
+	if (!file)
+		return fail_file(path, "open", error);
+	enum tw_status status = read_all(file, path, limit, bytes, size, error);
+	if (!standard)
+		fclose(file);
+	if (status) {
+		free(*bytes);
+		*bytes = NULL;
+	}
+	return status;
+}
+
+enum tw_status file_write(const char *path, const void *bytes, size_t size, struct tw_error *error)
+{
+	char *draft;
+	if (asprintf(&draft, "%s.part", path) < 0)
+		return tw_fail_memory(error);
+	FILE *file = fopen(draft, "wb");
+	bool written = file && fwrite(bytes, 1, size, file) == size;
+	/* Closing writes what is left, so it can fail as well. */
+	bool closed = file && fclose(file) == 0;
+	enum tw_status status = TW_OK;
+	if (!written || !closed || rename(draft, path) != 0) {
+		status = fail_file(path, "write", error);
+		unlink(draft);
+	}
+	free(draft);
+	return status;
+}
+
+static enum tw_status source_read(void *context, void *bytes, size_t size, size_t *got, struct tw_error *error)
+{
+	struct file_source *opened = context;
+	*got = fread(bytes, 1, size, opened->file);
+	return *got < size && ferror(opened->file) ? fail_file(NULL, "read the motion", error) : TW_OK;
+}
+
+static enum tw_status source_rewind(void *context, struct tw_error *error)
+{
+	struct file_source *opened = context;
+	return fseeko(opened->file, 0, SEEK_SET) ? fail_file(NULL, "rewind the motion", error) : TW_OK;
+}
+
+enum tw_status file_source_open(struct file_source *opened, struct byte_source *source, const char *path,
+				struct tw_error *error)
+{
+	opened->file = fopen(path, "rb");
+	if (!opened->file)
+		return fail_file(path, "open", error);
+	struct stat status;
+	bool plain = fstat(fileno(opened->file), &status) == 0 && S_ISREG(status.st_mode);
+	*source = (struct byte_source){.read = source_read,
+				       .rewind = source_rewind,
+				       .context = opened,
+				       .size = plain ? (uint64_t)status.st_size : UINT64_MAX};
+	return TW_OK;
+}
+
+void file_source_close(struct file_source *opened)
+{
+	if (opened->file)
+		fclose(opened->file);
+	opened->file = NULL;
+}
+
+enum tw_status file_make_folder(const char *path, struct tw_error *error)
+{
+	char *copy = strdup(path);
+	if (!copy)
+		return tw_fail_memory(error);
+	enum tw_status status = TW_OK;
+	for (char *slash = copy + 1; !status && *copy; slash++) {
+		bool end = *slash == 0;
+		if (!end && *slash != '/')
+			continue;
+		*slash = 0;
+		if (mkdir(copy, 0777) != 0 && errno != EEXIST)
+			status = fail_file(path, "make the folder", error);
+		if (end)
+			break;
+		*slash = '/';
+	}
+	free(copy);
+	return status;
+}

@@ -1,0 +1,17 @@
+#include "service/command/instance.h"
+
+#include "service/command/file.h"
+
+#include <stdlib.h>
+
+enum tw_status instance_read(const char *path, struct arena *arena, struct steiner_file *file, struct tw_error *error)
+{
+	char *bytes;
+	size_t length;
+	enum tw_status status = file_read(path, INSTANCE_BYTES_MAX, &bytes, &length, error);
+	if (status != TW_OK)
+		return status;
+	status = file_blame(steiner_file_read(file, arena, bytes, length, error), path, error);
+	free(bytes);
+	return status;
+}

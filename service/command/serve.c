@@ -1,0 +1,314 @@
+/* `tightwire serve`: the daemon. Its main thread supervises and keeps time; the HTTP server has threads of its own; all
+ * computation is done by worker processes.
+ *
+ * Signals come through a signalfd. SIGTERM and SIGINT drain: not ready any more, no new connections, held requests are
+ * answered with what is known, running jobs end or go back to the queue; at the latest after --drain-s the rest is
+ * cut off, which loses nothing, because jobs whose worker dies are taken up again. */
+#include "service/command/command.h"
+#include "service/daemon/config.h"
+#include "service/daemon/http.h"
+#include "service/daemon/listen.h"
+#include "service/daemon/metrics.h"
+#include "service/daemon/supervisor.h"
+#include "service/log.h"
+#include "service/worker/worker.h"
+#include "storage/job.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#define TICK_MS 50
+#define SPARE_FILES 256
+#define SWEEP_MS 1000 /* between looks for something to sweep; while there is something, every tick */
+#define SHRINK_MS 60000
+#define UPLOAD_AGE_MS (60ll * 60 * 1000) /* an upload that nobody has finished for so long is removed */
+
+struct daemon {
+	struct config config;
+	struct metrics *metrics; /* all owned */
+	struct supervisor *supervisor;
+	struct api *api;
+	struct http_server *http;
+	struct store *store; /* the main thread's, for sweeping */
+	struct listener listener;
+	int signals;
+	atomic_bool draining;
+	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
+	int64_t next_sweep_ms, next_shrink_ms;
+};
+
+static int64_t now_ms(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* --- what the api asks of us ------------------------------------------------------------------------------------ */
+
+static void on_job_added(void *context)
+{
+	struct daemon *daemon = context;
+	supervisor_wake(daemon->supervisor);
+}
+
+static char *on_metrics(void *context)
+{
+	const struct daemon *daemon = context;
+	return metrics_text(daemon->metrics);
+}
+
+static bool on_ready(void *context, char *why, size_t size)
+{
+	const struct daemon *daemon = context;
+	if (!atomic_load(&daemon->draining))
+		return true;
+	snprintf(why, size, "the service is draining");
+	return false;
+}
+
+/* --- start ------------------------------------------------------------------------------------------------------ */
+
+/* Blocks the signals for this thread and all that it makes, and takes them from a descriptor instead. */
+static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error)
+{
+	sigset_t set;
+	sigemptyset(&set);
+	sigaddset(&set, SIGTERM);
+	sigaddset(&set, SIGINT);
+	sigaddset(&set, SIGCHLD);
+	sigprocmask(SIG_BLOCK, &set, NULL);
+	signal(SIGPIPE, SIG_IGN);
+	daemon->signals = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
+	return daemon->signals >= 0 ? TW_OK : tw_fail(error, TW_ERROR_IO, "signals", NULL, "signalfd failed");
+}
+
+/* A descriptor for each connection, and some for the store and the pipes; as many as the hard limit allows. */
+static void raise_file_limit(int64_t connections)
+{
+	struct rlimit limit;
+	rlim_t wanted = (rlim_t)connections + SPARE_FILES;
+	if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur >= wanted)
+		return;
+	limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+	if (setrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur < wanted)
+		log_event(LOG_LEVEL_WARNING, "file-limit",
+			  "text=\"too few open files are allowed for %lld connections\"", (long long)connections);
+}
+
+static enum tw_status open_api(struct daemon *daemon, struct tw_error *error)
+{
+	const struct config *config = &daemon->config;
+	struct api_settings settings = {
+		.store_url = config->store,
+		.upload_limit_bytes = (uint64_t)config->upload_limit_mib << 20,
+		.wait_limit_s = (uint32_t)config->wait_limit_s,
+		.cors_origin = config->cors_origin,
+		.key_file = config->key_file,
+		.hooks = {on_job_added, on_metrics, on_ready, daemon},
+	};
+	return api_open(&daemon->api, &settings, error);
+}
+
+/* Its lease would run out by itself; this only saves the wait. */
+static void on_worker_ended(void *context, pid_t pid)
+{
+	struct daemon *daemon = context;
+	struct tw_error error = {0};
+	char name[WORKER_NAME_SIZE];
+	worker_name(name, pid);
+	if (job_abandon(daemon->store, name, &error))
+		log_error("abandon", &error);
+	supervisor_wake(daemon->supervisor);
+}
+
+static enum tw_status start_workers(struct daemon *daemon, struct tw_error *error)
+{
+	struct supervisor_settings settings = {
+		.program = "/proc/self/exe",
+		.store_url = daemon->config.store,
+		.metrics = daemon->metrics,
+		.workers = (unsigned)daemon->config.workers,
+		.threads = (unsigned)daemon->config.worker_threads,
+		.memory_mib = (uint64_t)daemon->config.worker_memory_mib,
+		.lease_s = (unsigned)daemon->config.lease_s,
+		.ended = on_worker_ended,
+		.context = daemon,
+	};
+	return supervisor_start(&daemon->supervisor, &settings, error);
+}
+
+static enum tw_status start_http(struct daemon *daemon, struct tw_error *error)
+{
+	const struct config *config = &daemon->config;
+	int64_t threads = config->http_threads < config->connections ? config->http_threads : config->connections;
+	struct http_settings settings = {
+		.api = daemon->api,
+		.metrics = daemon->metrics,
+		.socket = daemon->listener.socket,
+		.threads = (unsigned)threads,
+		.connections = (unsigned)config->connections,
+		.idle_timeout_s = (unsigned)config->idle_timeout_s,
+	};
+	return http_start(&daemon->http, &settings, error);
+}
+
+/* The store before the workers, so that only one process creates it; the workers before the threads of HTTP, so that
+ * nobody asks for work which nobody does. */
+static enum tw_status start(struct daemon *daemon, struct tw_error *error)
+{
+	const struct config *config = &daemon->config;
+	bool loopback_only = !config->key_file[0];
+	raise_file_limit(config->connections);
+	enum tw_status status = open_signals(daemon, error);
+	daemon->metrics = metrics_new();
+	if (!status && !daemon->metrics)
+		status = tw_fail_memory(error);
+	if (!status)
+		status = store_open(&daemon->store, config->store, error);
+	if (!status)
+		status = worker_abandon_dead(daemon->store, error);
+	if (!status)
+		status = listen_open(&daemon->listener, config->listen, loopback_only, error);
+	if (!status)
+		status = open_api(daemon, error);
+	if (!status)
+		status = start_workers(daemon, error);
+	return status ? status : start_http(daemon, error);
+}
+
+/* --- run -------------------------------------------------------------------------------------------------------- */
+
+static void begin_drain(struct daemon *daemon)
+{
+	if (atomic_exchange(&daemon->draining, true))
+		return;
+	log_event(LOG_LEVEL_INFO, "draining", "active=%u", http_active(daemon->http));
+	daemon->drain_until_ms = now_ms() + 1000 * daemon->config.drain_s;
+	daemon->give_back_ms = now_ms() + 500 * daemon->config.drain_s;
+	http_drain(daemon->http);
+	supervisor_drain(daemon->supervisor);
+}
+
+/* Half of the time is for running jobs to end; then they go back to the queue. */
+static void go_on_draining(struct daemon *daemon)
+{
+	if (!daemon->give_back_ms || now_ms() < daemon->give_back_ms)
+		return;
+	daemon->give_back_ms = 0;
+	supervisor_drain(daemon->supervisor);
+}
+
+static void take_signals(struct daemon *daemon)
+{
+	struct signalfd_siginfo info;
+	while (read(daemon->signals, &info, sizeof info) == (ssize_t)sizeof info)
+		if (info.ssi_signo != SIGCHLD)
+			begin_drain(daemon);
+}
+
+static void sweep(struct daemon *daemon)
+{
+	struct tw_error error = {0};
+	bool more = false;
+	if (now_ms() < daemon->next_sweep_ms)
+		return;
+	if (store_sweep(daemon->store, UPLOAD_AGE_MS, &more, &error)) {
+		log_error("sweep", &error);
+		more = false;
+	}
+	daemon->next_sweep_ms = more ? 0 : now_ms() + SWEEP_MS;
+}
+
+static void shrink(struct daemon *daemon)
+{
+	struct tw_error error = {0};
+	if (now_ms() < daemon->next_shrink_ms)
+		return;
+	daemon->next_shrink_ms = now_ms() + SHRINK_MS;
+	if (store_shrink(daemon->store, &error))
+		log_error("shrink", &error);
+}
+
+static bool is_over(const struct daemon *daemon)
+{
+	if (!atomic_load(&daemon->draining))
+		return false;
+	return now_ms() >= daemon->drain_until_ms ||
+	       (!http_active(daemon->http) && !supervisor_alive(daemon->supervisor));
+}
+
+static void run(struct daemon *daemon)
+{
+	struct pollfd files[] = {{daemon->signals, POLLIN, 0}, {supervisor_done_fd(daemon->supervisor), POLLIN, 0}};
+	while (!is_over(daemon)) {
+		poll(files, sizeof files / sizeof files[0], TICK_MS);
+		take_signals(daemon);
+		go_on_draining(daemon);
+		supervisor_tick(daemon->supervisor);
+		http_tick(daemon->http, supervisor_take_done(daemon->supervisor));
+		sweep(daemon);
+		shrink(daemon);
+	}
+}
+
+static void stop(struct daemon *daemon)
+{
+	http_stop(daemon->http);
+	supervisor_stop(daemon->supervisor);
+	api_close(daemon->api);
+	store_close(daemon->store);
+	metrics_free(daemon->metrics);
+	if (daemon->signals >= 0)
+		close(daemon->signals);
+}
+
+static enum log_level parse_log_level(const char *name)
+{
+	static const char *const names[] = {"error", "warning", "info", "debug"};
+	enum log_level level = LOG_LEVEL_ERROR;
+	while (level < LOG_LEVEL_DEBUG && strcmp(names[level], name) != 0)
+		level++;
+	return level;
+}
+
+static void print_help(void)
+{
+	printf("usage: tightwire serve [flags]\n\nThe HTTP service with its worker processes.\n\n");
+	config_print_help(stdout);
+}
+
+int command_serve(int argc, char **argv)
+{
+	struct daemon daemon = {.signals = -1};
+	struct tw_error error = {0};
+	enum config_outcome outcome = CONFIG_READY;
+	if (config_read(&daemon.config, argc, argv, &outcome, &error)) {
+		fprintf(stderr, "tightwire serve: %s: %s\n", error.where, error.text);
+		return COMMAND_USAGE;
+	}
+	if (outcome == CONFIG_HELP) {
+		print_help();
+		return COMMAND_DONE;
+	}
+	log_set_level(parse_log_level(daemon.config.log_level));
+	if (start(&daemon, &error)) {
+		fprintf(stderr, "tightwire serve: %s%s%s\n", error.where, error.where[0] ? ": " : "", error.text);
+		stop(&daemon);
+		return COMMAND_FAILED;
+	}
+	printf("listening on %s\n", daemon.listener.url);
+	fflush(stdout);
+	log_event(LOG_LEVEL_INFO, "listening", "url=%s workers=%lld version=" TW_VERSION, daemon.listener.url,
+		  (long long)daemon.config.workers);
+	run(&daemon);
+	log_event(LOG_LEVEL_INFO, "stopped", "cut_off=%u", http_active(daemon.http));
+	stop(&daemon);
+	return COMMAND_DONE;
+}

@@ -1,0 +1,259 @@
+#include "service/daemon/config.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum setting_kind { SETTING_TEXT, SETTING_INTEGER, SETTING_CHOICE };
+
+struct setting {
+	const char *name;
+	enum setting_kind kind;
+	size_t offset;
+	const char *fallback;
+	int64_t minimum, maximum; /* of an integer */
+	const char *choices;      /* of a choice: "a|b" */
+	const char *help;
+};
+
+#define TEXT(field, fallback, help) SETTING_TEXT, offsetof(struct config, field), fallback, 0, 0, NULL, help
+#define INTEGER(field, fallback, minimum, maximum, help)                                                               \
+	SETTING_INTEGER, offsetof(struct config, field), fallback, minimum, maximum, NULL, help
+
+static const struct setting settings[] = {
+	{"listen", TEXT(listen, "127.0.0.1:8080", "address and port; port 0 takes a free one")},
+	{"store", TEXT(store, "sqlite:tightwire.db",
+		       "URL of the store; limits may follow the path, ?limit_bytes=N&reserve_bytes=N")},
+	{"workers", INTEGER(workers, "2", 0, 256, "worker processes")},
+	{"worker-threads", INTEGER(worker_threads, "1", 1, 256, "threads of one computation; never changes a result")},
+	{"worker-memory-mib",
+	 INTEGER(worker_memory_mib, "4096", 0, 1 << 24, "memory that one job may take in MiB; 0: no limit")},
+	{"lease-s",
+	 INTEGER(lease_s, "15", 1, 3600, "how long after a worker's last sign of life its job goes to another")},
+	{"key-file", TEXT(key_file, "", "file of API keys; needed to listen beyond this machine")},
+	{"cors-origin", TEXT(cors_origin, "", "web origin that browsers may call from, or *; empty for none")},
+	{"upload-limit-mib",
+	 INTEGER(upload_limit_mib, "4096", 1, TW_LIMIT_UPLOAD_BYTES >> 20, "largest upload in MiB")},
+	{"wait-limit-s", INTEGER(wait_limit_s, "60", 0, 600, "longest \"Prefer: wait\" that is honoured")},
+	{"http-threads", INTEGER(http_threads, "4", 1, 64, "threads that serve connections")},
+	{"connections", INTEGER(connections, "1024", 4, 65536, "connections at once")},
+	{"idle-timeout-s",
+	 INTEGER(idle_timeout_s, "30", 1, 3600, "a connection that sends no request for so long is closed")},
+	{"drain-s", INTEGER(drain_s, "30", 1, 3600, "after SIGTERM, time for requests and jobs to end")},
+	{"log-level", SETTING_CHOICE, offsetof(struct config, log_level), "info", 0, 0, "error|warning|info|debug",
+	 "what is logged"},
+};
+#define SETTING_COUNT (sizeof settings / sizeof settings[0])
+
+static bool is_choice(const char *choices, const char *text)
+{
+	size_t length = strlen(text);
+	for (const char *p = choices; length; p++) {
+		if (!strncmp(p, text, length) && (p[length] == '|' || !p[length]))
+			return true;
+		p = strchr(p, '|');
+		if (!p)
+			break;
+	}
+	return false;
+}
+
+static enum tw_status set_integer(const struct setting *setting, void *place, const char *text, const char *where,
+				  struct tw_error *error)
+{
+	char *end = NULL;
+	errno = 0;
+	long long number = strtoll(text, &end, 10);
+	if (end == text || *end || errno || number < setting->minimum || number > setting->maximum)
+		return tw_fail(error, TW_ERROR_INPUT, "setting", where, "%s is an integer from %lld to %lld",
+			       setting->name, (long long)setting->minimum, (long long)setting->maximum);
+	memcpy(place, &(int64_t){number}, sizeof(int64_t));
+	return TW_OK;
+}
+
+static enum tw_status set(struct config *config, const struct setting *setting, const char *text, const char *where,
+			  struct tw_error *error)
+{
+	char *place = (char *)config + setting->offset;
+	if (setting->kind == SETTING_INTEGER)
+		return set_integer(setting, place, text, where, error);
+	if (setting->kind == SETTING_CHOICE && !is_choice(setting->choices, text))
+		return tw_fail(error, TW_ERROR_INPUT, "setting", where, "%s is one of %s", setting->name,
+			       setting->choices);
+	if (strlen(text) >= CONFIG_TEXT_SIZE)
+		return tw_fail(error, TW_ERROR_INPUT, "setting", where, "%s is longer than %d bytes", setting->name,
+			       CONFIG_TEXT_SIZE - 1);
+	memcpy(place, text, strlen(text) + 1);
+	return TW_OK;
+}
+
+static const struct setting *find_setting(const char *name, size_t length)
+{
+	for (size_t i = 0; i < SETTING_COUNT; i++)
+		if (strlen(settings[i].name) == length && !strncmp(settings[i].name, name, length))
+			return &settings[i];
+	return NULL;
+}
+
+/* --- the four sources, the weakest first ---------------------------------------------------------------------- */
+
+static enum tw_status read_defaults(struct config *config, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; !status && i < SETTING_COUNT; i++)
+		status = set(config, &settings[i], settings[i].fallback, settings[i].name, error);
+	return status;
+}
+
+static char *trim(char *text)
+{
+	text += strspn(text, " \t");
+	size_t length = strlen(text);
+	while (length && isspace((unsigned char)text[length - 1]))
+		text[--length] = 0;
+	return text;
+}
+
+static enum tw_status read_line(struct config *config, char *line, const char *where, struct tw_error *error)
+{
+	char *text = trim(line);
+	if (!*text || *text == '#')
+		return TW_OK;
+	char *equals = strchr(text, '=');
+	if (!equals)
+		return tw_fail(error, TW_ERROR_INPUT, "setting", where, "a line reads NAME = VALUE");
+	*equals = 0;
+	const char *name = trim(text);
+	const struct setting *setting = find_setting(name, strlen(name));
+	if (!setting)
+		return tw_fail(error, TW_ERROR_INPUT, "setting", where, "there is no setting \"%.40s\"", name);
+	return set(config, setting, trim(equals + 1), where, error);
+}
+
+static enum tw_status fail_to_read(const char *path, struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_IO, "setting", path, "the configuration file cannot be read: %s",
+		       strerror(errno));
+}
+
+static enum tw_status read_file(struct config *config, const char *path, struct tw_error *error)
+{
+	FILE *file = fopen(path, "re");
+	if (!file)
+		return fail_to_read(path, error);
+	enum tw_status status = TW_OK;
+	char line[CONFIG_TEXT_SIZE + 64], where[128];
+	for (int number = 1; !status && fgets(line, sizeof line, file); number++) {
+		snprintf(where, sizeof where, "%.90s line %d", path, number);
+		bool whole = strchr(line, '\n') || feof(file);
+		status = whole ? read_line(config, line, where, error)
+			       : tw_fail(error, TW_ERROR_INPUT, "setting", where, "the line is too long");
+	}
+	if (!status && ferror(file))
+		status = fail_to_read(path, error);
+	fclose(file);
+	return status;
+}
+
+static const char *environment_name(const char *name, char *variable, size_t size)
+{
+	snprintf(variable, size, "TIGHTWIRE_%s", name);
+	for (char *p = variable; *p; p++)
+		*p = *p == '-' ? '_' : (char)toupper((unsigned char)*p);
+	return variable;
+}
+
+static enum tw_status read_environment(struct config *config, struct tw_error *error)
+{
+	char variable[64];
+	for (size_t i = 0; i < SETTING_COUNT; i++) {
+		const char *text = getenv(environment_name(settings[i].name, variable, sizeof variable));
+		enum tw_status status = text ? set(config, &settings[i], text, variable, error) : TW_OK;
+		if (status)
+			return status;
+	}
+	return TW_OK;
+}
+
+/* One flag at argv[*index], "--name value" or "--name=value"; *value NULL when it is --help. */
+static enum tw_status split_flag(int argc, char **argv, int *index, const char **name, size_t *length,
+				 const char **value, struct tw_error *error)
+{
+	const char *argument = argv[*index];
+	if (strncmp(argument, "--", 2) != 0)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argument, "a flag begins with --");
+	*name = argument + 2;
+	*length = strcspn(*name, "=");
+	*value = NULL;
+	if (!strcmp(argument, "--help"))
+		return TW_OK;
+	bool known = find_setting(*name, *length) || (*length == 6 && !strncmp(*name, "config", 6));
+	if (!known)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argument, "there is no such flag; see --help");
+	if ((*name)[*length])
+		*value = *name + *length + 1;
+	else if (*index + 1 < argc)
+		*value = argv[++*index];
+	else
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argument, "the flag needs a value");
+	return TW_OK;
+}
+
+/* With `config` sets its fields; without only looks for --config and --help. */
+static enum tw_status read_flags(struct config *config, int argc, char **argv, const char **file,
+				 enum config_outcome *outcome, struct tw_error *error)
+{
+	for (int i = 1; i < argc; i++) {
+		const char *name = NULL, *value = NULL, *flag = argv[i];
+		size_t length = 0;
+		enum tw_status status = split_flag(argc, argv, &i, &name, &length, &value, error);
+		if (status)
+			return status;
+		if (!value) {
+			*outcome = CONFIG_HELP;
+			return TW_OK;
+		}
+		const struct setting *setting = find_setting(name, length);
+		if (!setting)
+			*file = value;
+		else if (config)
+			status = set(config, setting, value, flag, error);
+		if (status)
+			return status;
+	}
+	return TW_OK;
+}
+
+enum tw_status config_read(struct config *config, int argc, char **argv, enum config_outcome *outcome,
+			   struct tw_error *error)
+{
+	const char *file = getenv("TIGHTWIRE_CONFIG");
+	*outcome = CONFIG_READY;
+	enum tw_status status = read_flags(NULL, argc, argv, &file, outcome, error);
+	if (status || *outcome == CONFIG_HELP)
+		return status;
+	status = read_defaults(config, error);
+	if (!status && file && *file)
+		status = read_file(config, file, error);
+	if (!status)
+		status = read_environment(config, error);
+	return status ? status : read_flags(config, argc, argv, &file, outcome, error);
+}
+
+void config_print_help(FILE *out)
+{
+	fprintf(out, "  --%-18s %s\n", "config FILE", "read settings from a file of lines NAME = VALUE");
+	for (size_t i = 0; i < SETTING_COUNT; i++) {
+		const struct setting *s = &settings[i];
+		fprintf(out, "  --%-18s %s (", s->name, s->help);
+		if (s->kind == SETTING_INTEGER)
+			fprintf(out, "%lld to %lld, ", (long long)s->minimum, (long long)s->maximum);
+		if (s->kind == SETTING_CHOICE)
+			fprintf(out, "%s, ", s->choices);
+		fprintf(out, "default %s)\n", s->fallback[0] ? s->fallback : "none");
+	}
+	fprintf(out, "\nA flag goes before the environment (TIGHTWIRE_LISTEN=…), that before the file, that before the "
+		     "default.\n");
+}

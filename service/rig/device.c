@@ -1,0 +1,155 @@
+/* libmodbus 3.1.6 cannot be trusted after an error: its default mode answers EPIPE for ever once the peer died, its
+ * link recovery sleeps for more than a second, and after a hang it takes late answers for wrong ones. So its recovery
+ * stays off, and every error that is not a Modbus exception closes the connection; when to connect again is the
+ * caller's affair. */
+#include "service/rig/device.h"
+
+#include <errno.h>
+#include <modbus.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct rig_device {
+	struct rig_device_options options;
+	modbus_t *modbus; /* owned */
+	bool connected;
+};
+
+static modbus_t *new_tcp(const char *place, struct tw_error *error)
+{
+	char host[256];
+	const char *colon = strrchr(place, ':');
+	size_t length = colon ? (size_t)(colon - place) : 0;
+	char *end = NULL;
+	long port = colon ? strtol(colon + 1, &end, 10) : 0;
+	if (!colon || length == 0 || length >= sizeof host || port < 1 || port > 65535 || *end) {
+		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "the device must be tcp://HOST:PORT");
+		return NULL;
+	}
+	bool bracketed = place[0] == '[' && place[length - 1] == ']'; /* IPv6, RFC 3986 3.2.2 */
+	snprintf(host, sizeof host, "%.*s", (int)(bracketed ? length - 2 : length), place + bracketed);
+	modbus_t *modbus = modbus_new_tcp_pi(host, colon + 1);
+	if (!modbus)
+		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "not a host and port: %s",
+			      modbus_strerror(errno));
+	return modbus;
+}
+
+static modbus_t *new_rtu(const char *place, struct tw_error *error)
+{
+	char path[256];
+	size_t length = strcspn(place, "?");
+	long baud = 115200;
+	char *end = NULL;
+	if (!strncmp(place + length, "?baud=", 6))
+		baud = strtol(place + length + 6, &end, 10);
+	bool tail = place[length] && (!end || *end);
+	if (length == 0 || length >= sizeof path || tail || baud < 1200 || baud > 4000000) {
+		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "the device must be rtu:/dev/NAME?baud=N");
+		return NULL;
+	}
+	snprintf(path, sizeof path, "%.*s", (int)length, place);
+	modbus_t *modbus = modbus_new_rtu(path, (int)baud, 'E', 8, 1);
+	if (!modbus)
+		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "not a serial line: %s",
+			      modbus_strerror(errno));
+	return modbus;
+}
+
+static modbus_t *new_modbus(const char *url, struct tw_error *error)
+{
+	if (!strncmp(url, "tcp://", 6))
+		return new_tcp(url + 6, error);
+	if (!strncmp(url, "rtu:", 4))
+		return new_rtu(url + 4, error);
+	(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", url,
+		      "the device must be tcp://HOST:PORT or rtu:/dev/NAME?baud=N");
+	return NULL;
+}
+
+enum tw_status rig_device_new(struct rig_device **device, const struct rig_device_options *options,
+			      struct tw_error *error)
+{
+	if (options->address + RIG_CHANNELS > 65536 || options->unit > 255)
+		return tw_fail(error, TW_ERROR_INPUT, "rig-device", "address",
+			       "registers lie below 65536, of a unit below 256");
+	struct rig_device *made = calloc(1, sizeof *made);
+	if (!made)
+		return tw_fail_memory(error);
+	made->options = *options;
+	made->modbus = new_modbus(options->url, error);
+	if (!made->modbus) {
+		free(made);
+		return TW_ERROR_INPUT;
+	}
+	uint32_t seconds = options->timeout_ms / 1000, microseconds = options->timeout_ms % 1000 * 1000;
+	modbus_set_response_timeout(made->modbus, seconds, microseconds);
+	modbus_set_byte_timeout(made->modbus, seconds, microseconds);
+	modbus_set_error_recovery(made->modbus, MODBUS_ERROR_RECOVERY_NONE);
+	if (modbus_set_slave(made->modbus, (int)options->unit)) {
+		rig_device_free(made);
+		return tw_fail(error, TW_ERROR_INPUT, "rig-device", "unit", "%u is no unit address", options->unit);
+	}
+	*device = made;
+	return TW_OK;
+}
+
+static void disconnect(struct rig_device *device)
+{
+	if (device->connected)
+		modbus_close(device->modbus);
+	device->connected = false;
+}
+
+void rig_device_free(struct rig_device *device)
+{
+	if (!device)
+		return;
+	disconnect(device);
+	modbus_free(device->modbus);
+	free(device);
+}
+
+bool rig_device_is_connected(const struct rig_device *device)
+{
+	return device->connected;
+}
+
+enum tw_status rig_device_connect(struct rig_device *device, struct tw_error *error)
+{
+	disconnect(device);
+	errno = 0; /* modbus_connect leaves it alone when it times out */
+	if (modbus_connect(device->modbus)) {
+		int reason = errno ? errno : ETIMEDOUT;
+		modbus_close(device->modbus);
+		return tw_fail(error, TW_ERROR_IO, "rig-unreachable", device->options.url, "cannot connect to %s: %s",
+			       device->options.url, modbus_strerror(reason));
+	}
+	device->connected = true;
+	return TW_OK;
+}
+
+/* libmodbus numbers the exceptions of the protocol from EMBXILFUN on; what lies above EMBXGTAR are its own complaints.
+ */
+static bool is_exception(int reason)
+{
+	return reason >= EMBXILFUN && reason <= EMBXGTAR;
+}
+
+enum tw_status rig_device_scan(struct rig_device *device, uint16_t *registers, struct tw_error *error)
+{
+	const struct rig_device_options *o = &device->options;
+	errno = 0;
+	int got = o->holding ? modbus_read_registers(device->modbus, (int)o->address, RIG_CHANNELS, registers)
+			     : modbus_read_input_registers(device->modbus, (int)o->address, RIG_CHANNELS, registers);
+	if (got == RIG_CHANNELS)
+		return TW_OK;
+	int reason = errno ? errno : ETIMEDOUT;
+	if (got < 0 && is_exception(reason))
+		return tw_fail(error, TW_ERROR_UNSUPPORTED, "rig-exception", o->url,
+			       "the device refuses registers %u to %u: %s", o->address, o->address + RIG_CHANNELS - 1,
+			       modbus_strerror(reason));
+	disconnect(device);
+	return tw_fail(error, TW_ERROR_IO, "rig-unreachable", o->url, "no answer from %s: %s", o->url,
+		       modbus_strerror(reason));
+}

@@ -1,0 +1,129 @@
+/* The job that makes a field: the motions' mean densities, the worst of each face, and what that makes every edge cost.
+ *
+ * The means that a motion keeps are against the flat pattern. With another reference the frames are read again. */
+#include "service/worker/motion_means.h"
+
+#include <stdlib.h>
+
+static enum tw_status read_mean(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
+				const struct field_options *options, double share_from, double share_to, double **mean,
+				struct tw_error *error)
+{
+	double *means[STRAIN_MODELS];
+	struct motion_info info;
+	if (options->reference == FIELD_REFERENCE_PATTERN)
+		return cache_read_doubles(work->arena, work->store, motion_id, motion_mean_names[options->energy],
+					  mesh->garment.face_count, mean, error);
+	enum tw_status status =
+		motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info, NULL, error);
+	if (status == TW_OK)
+		*mean = means[options->energy];
+	return status;
+}
+
+/* Of one motion at a time: hundreds of them make no difference to the memory that is needed. */
+static enum tw_status add_motion(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
+				 const struct field_options *options, double share_from, double share_to,
+				 double *density, struct tw_error *error)
+{
+	double *mean = NULL;
+	struct arena_mark mark = arena_mark(work->arena);
+	enum tw_status status = work_step(work, share_from, "strain", error);
+	if (status == TW_OK)
+		status = read_mean(work, mesh, motion_id, options, share_from, share_to, &mean, error);
+	if (status == TW_OK)
+		strain_raise(density, mean, mesh->garment.face_count);
+	arena_release(work->arena, mark);
+	return status;
+}
+
+/* The largest mean density over the motions, of every face. */
+static enum tw_status find_worst(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
+				 double *density, size_t *motion_count, struct tw_error *error)
+{
+	char(*ids)[STORE_ID_SIZE] = NULL;
+	enum tw_status status =
+		resource_needs(work->store, work->resource->id, RESOURCE_MOTION, &ids, motion_count, error);
+	if (status != TW_OK)
+		return status;
+	for (size_t i = 0; status == TW_OK && i < *motion_count; i++) {
+		double share = 0.5 / (double)*motion_count;
+		status = add_motion(work, mesh, ids[i], options, share * (double)i, share * (double)(i + 1), density,
+				    error);
+	}
+	free(ids);
+	return status;
+}
+
+static json_t *show_field(const struct field *field, const struct field_options *asked, size_t motion_count)
+{
+	uint64_t least = UINT64_MAX;
+	uint64_t largest = 0;
+	json_int_t forbidden = 0;
+	double density = 0;
+	for (uint32_t e = 0; e < field->edge_count; e++) {
+		uint64_t weight = field->weight[e];
+		if (weight == FIELD_FORBIDDEN) {
+			forbidden++;
+			continue;
+		}
+		least = weight < least ? weight : least;
+		largest = weight > largest ? weight : largest;
+	}
+	for (uint32_t f = 0; f < field->face_count; f++)
+		density = field->density[f] > density ? field->density[f] : density;
+	return json_pack("{s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:f, s:o}", "faces", (json_int_t)field->face_count,
+			 "edges", (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
+			 forbidden, "scale", field->scale, "least_weight",
+			 (json_int_t)(least == UINT64_MAX ? 0 : least), "largest_weight", (json_int_t)largest,
+			 "largest_density_mpa", density, "preset_changes", field_options_changes(asked));
+}
+
+static int show_weighing(void *context, double share)
+{
+	struct tw_error stopped;
+	return work_step(context, 0.5 + 0.5 * share, "weights", &stopped) != TW_OK;
+}
+
+static enum tw_status compute(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
+			      struct field *field, size_t *motion_count, struct tw_error *error)
+{
+	double *density = ARENA_ZEROED(work->arena, mesh->garment.face_count, double);
+	if (!density)
+		return tw_fail_memory(error);
+	enum tw_status status = find_worst(work, mesh, options, density, motion_count, error);
+	if (status != TW_OK)
+		return status;
+	const struct field_watch watch = {show_weighing, work};
+	return field_weigh_watched(field, work->arena, &mesh->garment, &mesh->topology, density, options, NULL,
+				   work->threads, &watch, error);
+}
+
+enum tw_status job_compute_field(struct work *work, struct tw_error *error)
+{
+	char mesh_id[STORE_ID_SIZE];
+	const struct cached_mesh *mesh = NULL;
+	struct field_options options;
+	size_t motion_count = 0;
+	/* In the arena, because its arrays (the scale is one) are written after this function has returned. */
+	struct field *field = ARENA_ZEROED(work->arena, 1, struct field);
+	struct tw_array *arrays = ARENA_ARRAY(work->arena, FIELD_ARRAYS, struct tw_array);
+	if (!field || !arrays)
+		return tw_fail_memory(error);
+	enum tw_status status = cache_read_options(&field_option_table, &options, work->resource->options, error);
+	if (status == TW_OK)
+		status = work_find_mesh(work, work->resource->id, mesh_id, error);
+	if (status == TW_OK)
+		status = cache_mesh(work->cache, work->store, mesh_id, &mesh, error);
+	if (status != TW_OK)
+		return status;
+	const struct field_options asked = options;
+	field_options_resolve(&options);
+	status = compute(work, mesh, &options, field, &motion_count, error);
+	if (status != TW_OK)
+		return status;
+	field_to_arrays(field, arrays);
+	work->result.arrays = arrays;
+	work->result.array_count = FIELD_ARRAYS;
+	return work_summary(work, show_field(field, &asked, motion_count), error);
+}

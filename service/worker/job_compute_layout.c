@@ -1,0 +1,199 @@
+/* The job that makes a layout: the field and the request to the solver, its artifacts back. */
+#include "service/worker/motion_source.h"
+#include "service/worker/work.h"
+#include "solver/layout/layout.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The motions whose frames the elongation is measured in: those of the field. */
+struct layout_work {
+	struct work *work;
+	const struct cached_mesh *mesh;
+	char (*motion_ids)[STORE_ID_SIZE]; /* owned */
+	const char **motion_names;         /* owned list of owned names */
+	size_t motion_count;
+	struct blob_source source; /* of the motion that is open; cleared when the next is opened */
+};
+
+static void tell_progress(void *context, const struct layout_progress *progress)
+{
+	struct layout_work *layout = context;
+	char partial[160] = "";
+	if (progress->weight != UINT64_MAX)
+		snprintf(partial, sizeof partial, "{\"weight\":%llu,\"lower_bound\":%llu,\"gap\":%.6f}",
+			 (unsigned long long)progress->weight, (unsigned long long)progress->lower_bound,
+			 progress->weight ? 1 - (double)progress->lower_bound / (double)progress->weight : 0.0);
+	pulse_tell(layout->work->pulse, progress->share, progress->stage, partial[0] ? partial : NULL);
+}
+
+static int is_cancelled(void *context)
+{
+	struct layout_work *layout = context;
+	return work_is_stopped(layout->work);
+}
+
+static enum tw_status open_motion(void *context, uint32_t motion, struct motion_reader **reader, struct tw_error *error)
+{
+	struct layout_work *layout = context;
+	blob_source_clear(&layout->source);
+	return motion_source_open(reader, &layout->source, layout->work->store, layout->mesh,
+				  layout->motion_ids[motion], error);
+}
+
+/* Motions of which no frames were kept have shaped the field, but cannot show how the wires stretch. */
+static enum tw_status leave_out_motions_without_frames(struct layout_work *layout, struct tw_error *error)
+{
+	size_t kept = 0;
+	for (size_t i = 0; i < layout->motion_count; i++) {
+		bool has = false;
+		enum tw_status status = motion_has_frames(layout->work->store, layout->motion_ids[i], &has, error);
+		if (status != TW_OK)
+			return status;
+		if (has)
+			memmove(layout->motion_ids[kept++], layout->motion_ids[i], STORE_ID_SIZE);
+	}
+	layout->motion_count = kept;
+	return TW_OK;
+}
+
+static enum tw_status read_motion_names(struct layout_work *layout, struct tw_error *error)
+{
+	layout->motion_names = calloc(layout->motion_count + 1, sizeof *layout->motion_names);
+	if (!layout->motion_names)
+		return tw_fail_memory(error);
+	for (size_t i = 0; i < layout->motion_count; i++) {
+		struct resource motion;
+		enum tw_status status =
+			resource_get(layout->work->store, RESOURCE_MOTION, layout->motion_ids[i], &motion, error);
+		if (status != TW_OK)
+			return status;
+		layout->motion_names[i] = motion.name;
+		motion.name = NULL;
+		resource_clear(&motion);
+	}
+	return TW_OK;
+}
+
+static void clear(struct layout_work *layout)
+{
+	for (size_t i = 0; layout->motion_names && i < layout->motion_count; i++)
+		free((char *)layout->motion_names[i]);
+	free(layout->motion_names);
+	free(layout->motion_ids);
+	blob_source_clear(&layout->source);
+}
+
+static json_t *show_real(double value)
+{
+	return isfinite(value) ? json_real(value) : json_null();
+}
+
+static json_t *show_seconds(const struct layout_summary *summary)
+{
+	return json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "terminals", summary->seconds_terminals, "tree",
+			 summary->seconds_tree, "baseline", summary->seconds_baseline, "curves",
+			 summary->seconds_curves, "metrics", summary->seconds_metrics, "elongation",
+			 summary->seconds_elongation, "artifacts", summary->seconds_artifacts, "total",
+			 summary->seconds_total);
+}
+
+static json_t *show_layout(const struct layout_summary *summary)
+{
+	static const char *const outcomes[] = {"optimal", "limit", "cancelled", "infeasible"};
+	double gap = summary->weight ? 1 - (double)summary->lower_bound / (double)summary->weight : 0;
+	return json_pack("{s:s, s:I, s:I, s:I, s:f, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "outcome",
+			 outcomes[summary->outcome], "terminals", (json_int_t)summary->terminal_count, "weight",
+			 (json_int_t)summary->weight, "lower_bound", (json_int_t)summary->lower_bound, "gap", gap,
+			 "junctions", (json_int_t)summary->junction_count, "violations",
+			 (json_int_t)summary->violation_count, "energy_mpa_mm2", show_real(summary->energy),
+			 "baseline_energy_mpa_mm2", show_real(summary->baseline_energy), "length_mm",
+			 show_real(summary->length_mm), "baseline_length_mm", show_real(summary->baseline_length_mm),
+			 "elongation_max", show_real(summary->elongation_max), "baseline_elongation_max",
+			 show_real(summary->baseline_elongation_max), "elongation_mean",
+			 show_real(summary->elongation_mean), "baseline_elongation_mean",
+			 show_real(summary->baseline_elongation_mean), "seconds", show_seconds(summary));
+}
+
+static enum tw_status take_output(struct work *work, const struct layout_output *output, struct tw_error *error)
+{
+	struct job_artifact *artifacts = ARENA_ARRAY(work->arena, output->artifact_count, struct job_artifact);
+	if (!artifacts)
+		return tw_fail_memory(error);
+	for (uint32_t i = 0; i < output->artifact_count; i++) {
+		const struct layout_artifact *from = &output->artifacts[i];
+		artifacts[i] = (struct job_artifact){from->name, from->media_type, from->bytes, from->size};
+	}
+	work->result.artifacts = artifacts;
+	work->result.artifact_count = output->artifact_count;
+	return work_summary(work, show_layout(&output->summary), error);
+}
+
+static enum tw_status compute(struct layout_work *layout, const struct cached_field *field,
+			      const struct layout_request *request, struct tw_error *error)
+{
+	struct work *work = layout->work;
+	struct layout_output output;
+	struct layout_input input = {
+		.garment = &layout->mesh->garment,
+		.topology = &layout->mesh->topology,
+		.field = &field->field,
+		.request = request,
+		.motion_name = layout->motion_names,
+		.motion_count = (uint32_t)layout->motion_count,
+		.threads = work->threads,
+		.memory_limit = work->memory_limit,
+		.motion_open = open_motion,
+		.progress = tell_progress,
+		.cancelled = is_cancelled,
+		.context = layout,
+	};
+	enum tw_status status = layout_compute(&input, work->arena, &output, error);
+	return status == TW_OK ? take_output(work, &output, error) : status;
+}
+
+/* Loads mesh, field and motions of the one field that the layout is made from. */
+static enum tw_status load(struct layout_work *layout, const struct cached_field **field, struct tw_error *error)
+{
+	struct work *work = layout->work;
+	char(*fields)[STORE_ID_SIZE] = NULL;
+	char mesh_id[STORE_ID_SIZE];
+	size_t count = 0;
+	enum tw_status status = resource_needs(work->store, work->resource->id, RESOURCE_FIELD, &fields, &count, error);
+	if (status == TW_OK && count != 1)
+		status = tw_fail(error, TW_ERROR_INPUT, "one-field", NULL, "a layout is made from one field, not %zu",
+				 count);
+	if (status == TW_OK)
+		status = work_find_mesh(work, fields[0], mesh_id, error);
+	if (status == TW_OK)
+		status = cache_mesh(work->cache, work->store, mesh_id, &layout->mesh, error);
+	if (status == TW_OK)
+		status = cache_field(work->cache, work->store, fields[0], layout->mesh, field, error);
+	if (status == TW_OK)
+		status = resource_needs(work->store, fields[0], RESOURCE_MOTION, &layout->motion_ids,
+					&layout->motion_count, error);
+	free(fields);
+	if (status == TW_OK)
+		status = leave_out_motions_without_frames(layout, error);
+	return status == TW_OK ? read_motion_names(layout, error) : status;
+}
+
+enum tw_status job_compute_layout(struct work *work, struct tw_error *error)
+{
+	struct layout_work layout = {.work = work};
+	struct layout_request request;
+	const struct cached_field *field = NULL;
+	const char *text = work->resource->options;
+	enum tw_status status = layout_request_parse(&request, text, strlen(text), error);
+	if (status != TW_OK)
+		return status;
+	status = work_step(work, 0, "loading", error);
+	if (status == TW_OK)
+		status = load(&layout, &field, error);
+	if (status == TW_OK)
+		status = compute(&layout, field, &request, error);
+	clear(&layout);
+	layout_request_clear(&request);
+	return status;
+}

@@ -1,0 +1,44 @@
+/* What a job has to work with. A handler (job_*.c) reads the resource and what that is made from, calls the solver, and
+ * leaves the result here; the worker stores it. Handlers write nothing themselves. */
+#ifndef SERVICE_WORKER_WORK_H
+#define SERVICE_WORKER_WORK_H
+
+#include "service/worker/cache.h"
+#include "service/worker/pulse.h"
+#include "solver/arena.h"
+#include "storage/resource.h"
+
+#include <jansson.h>
+
+struct work {
+	struct store *store;             /* borrowed; the worker's connection */
+	const struct resource *resource; /* borrowed; what is to be made */
+	struct cache *cache;             /* borrowed; the last garment and field */
+	struct pulse *pulse;             /* borrowed */
+	struct arena *arena;             /* borrowed; the result lies here */
+	bool (*stop)(void);              /* the process was asked to stop at once */
+	unsigned threads;
+	size_t memory_limit; /* bytes of scratch for a search */
+	struct job_result result;
+};
+
+/* One of these in each job_*.c; rows of the table in worker.c. Errors as the solver gives them. */
+enum tw_status job_import_mesh(struct work *work, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_import_motion(struct work *work, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_compute_field(struct work *work, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_compute_layout(struct work *work, struct tw_error *error) TW_NODISCARD;
+
+/* --- what they share -------------------------------------------------------------------------------------------- */
+
+/* Tells progress and, when the job is to stop, fails with TW_ERROR_CANCELLED. */
+enum tw_status work_step(struct work *work, double share, const char *stage, struct tw_error *error) TW_NODISCARD;
+bool work_is_stopped(const struct work *work);
+
+/* The text of `json` (a new reference, which is taken over; NULL: out of memory) becomes the result's summary. */
+enum tw_status work_summary(struct work *work, json_t *json, struct tw_error *error) TW_NODISCARD;
+
+/* The one mesh that a resource is made from. */
+enum tw_status work_find_mesh(struct work *work, const char *resource_id, char mesh_id[STORE_ID_SIZE],
+			      struct tw_error *error) TW_NODISCARD;
+
+#endif

@@ -1,0 +1,274 @@
+/* The loop of a worker process: claim, compute, store.
+ *
+ * How a failure ends the job: what is wrong with the input will be wrong the next time too, so the job fails at once. A
+ * full disk, an I/O error or too little memory may pass: the job goes back to the queue until its attempts are used.
+ * When not even that can be written, the lease runs out and the queue does it by itself. */
+#include "service/worker/worker.h"
+
+#include "service/log.h"
+#include "service/worker/work.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+	IDLE_POLL_MS =
+		50, /* between looks at an empty queue, where nobody wakes us: jobs that others added or put off */
+	TROUBLE_PAUSE_MS = 1000, /* after the store has failed */
+};
+
+static const struct handler {
+	enum resource_kind kind;
+	enum tw_status (*run)(struct work *work, struct tw_error *error);
+} handlers[] = {
+	{RESOURCE_MESH, job_import_mesh},
+	{RESOURCE_MOTION, job_import_motion},
+	{RESOURCE_FIELD, job_compute_field},
+	{RESOURCE_LAYOUT, job_compute_layout},
+};
+
+/* How many times the process was asked to stop. */
+static volatile sig_atomic_t stop_requests;
+
+static void on_stop_signal(int number)
+{
+	(void)number;
+	stop_requests = stop_requests + 1;
+}
+
+static bool stop_at_once(void)
+{
+	return stop_requests > 1;
+}
+
+struct worker {
+	const struct worker_settings *settings;
+	char name[WORKER_NAME_SIZE];
+	unsigned kinds;
+	bool orphaned; /* the supervisor is gone */
+	struct store *store;
+	struct pulse *pulse;
+	struct cache *cache;
+};
+
+void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
+{
+	struct stat own = {0};
+	if (stat("/proc/self/ns/pid", &own))
+		own.st_ino = 0;
+	snprintf(name, WORKER_NAME_SIZE, "worker-%ld-%llu", (long)pid, (unsigned long long)own.st_ino);
+}
+
+/* A process that was killed but not yet waited for does nothing any more, either. */
+static bool is_gone(pid_t pid)
+{
+	char path[32], text[512] = "";
+	if (kill(pid, 0) != 0)
+		return errno == ESRCH;
+	snprintf(path, sizeof path, "/proc/%ld/stat", (long)pid);
+	FILE *file = fopen(path, "re");
+	if (!file)
+		return false;
+	const char *name_end = fgets(text, sizeof text, file) ? strrchr(text, ')') : NULL;
+	fclose(file);
+	return name_end && strchr("ZX", name_end[1] ? name_end[2] : ' ');
+}
+
+static bool is_dead(const char *name)
+{
+	static const char prefix[] = "worker-";
+	char expected[WORKER_NAME_SIZE];
+	if (strncmp(name, prefix, sizeof prefix - 1) != 0)
+		return false;
+	long pid = strtol(name + sizeof prefix - 1, NULL, 10);
+	if (pid <= 0 || pid > INT_MAX)
+		return false;
+	worker_name(expected, (pid_t)pid);
+	return !strcmp(name, expected) && is_gone((pid_t)pid);
+}
+
+enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error)
+{
+	struct job_query query = {.states = 1u << JOB_RUNNING, .limit = 1000};
+	struct job_page page = {0};
+	enum tw_status status = job_list(store, &query, &page, error);
+	for (size_t i = 0; status == TW_OK && i < page.count; i++)
+		if (is_dead(page.jobs[i].worker))
+			status = job_abandon(store, page.jobs[i].worker, error);
+	job_page_clear(&page);
+	return status;
+}
+
+static void complain(const char *event, const char *job, const struct tw_error *error)
+{
+	log_event(LOG_LEVEL_ERROR, event, "job=%s type=%s text=\"%s\"", *job ? job : "-",
+		  error->type ? error->type : "-", error->text);
+}
+
+/* A full pipe is as good as one byte more. */
+static void tell_done(const struct worker *worker)
+{
+	int fd = worker->settings->done_fd;
+	while (fd >= 0 && write(fd, "", 1) < 0 && errno == EINTR)
+		;
+}
+
+static void rest_for(int64_t pause_ms)
+{
+	struct timespec pause = {pause_ms / 1000, pause_ms % 1000 * 1000000};
+	nanosleep(&pause, NULL);
+}
+
+/* One byte is one worker's: the others sleep on. */
+static void wait_for_work(struct worker *worker)
+{
+	char byte;
+	struct pollfd wake = {worker->settings->wake_fd, POLLIN, 0};
+	if (poll(&wake, 1, IDLE_POLL_MS) > 0)
+		worker->orphaned = read(wake.fd, &byte, 1) == 0;
+}
+
+/* --- one job ---------------------------------------------------------------------------------------------------- */
+
+static enum tw_status compute(struct worker *worker, struct work *work, struct tw_error *error)
+{
+	for (size_t i = 0; i < sizeof handlers / sizeof handlers[0]; i++)
+		if (handlers[i].kind == work->resource->kind)
+			return handlers[i].run(work, error);
+	return tw_fail(error, TW_ERROR_UNSUPPORTED, "job-kind", NULL, "this worker (%s) cannot do such a job",
+		       worker->name);
+}
+
+static bool may_pass(enum tw_status status)
+{
+	return status == TW_ERROR_FULL || status == TW_ERROR_IO || status == TW_ERROR_MEMORY;
+}
+
+static enum tw_status end_failed(struct worker *worker, const struct job_ticket *ticket, const struct tw_error *failure,
+				 struct tw_error *error)
+{
+	bool cancelled = pulse_says_cancelled(worker->pulse);
+	if (failure->status == TW_ERROR_CANCELLED && !cancelled)
+		return job_release(worker->store, ticket, error);
+	return job_fail(worker->store, ticket, failure, may_pass(failure->status), error);
+}
+
+/* Whose lease was lost has nothing to say any more: another worker does the job, or nobody wants it. */
+static void end_job(struct worker *worker, const struct job_ticket *ticket, const struct job_result *result,
+		    enum tw_status status, struct tw_error *failure)
+{
+	struct tw_error error = {0};
+	pulse_end(worker->pulse);
+	bool computed = status == TW_OK;
+	if (computed)
+		status = job_finish(worker->store, ticket, result, failure);
+	if (status != TW_OK && !(computed && status == TW_ERROR_CONFLICT)) {
+		status = end_failed(worker, ticket, failure, &error);
+		failure = &error;
+	}
+	if (status == TW_ERROR_CONFLICT)
+		log_event(LOG_LEVEL_WARNING, "lease-lost", "job=%s", ticket->job_id);
+	else if (status != TW_OK)
+		complain("job-end", ticket->job_id, failure);
+	tell_done(worker);
+}
+
+static void run_job(struct worker *worker, const struct job_ticket *ticket)
+{
+	struct tw_error failure = {0};
+	struct resource resource = {0};
+	struct work work = {
+		.store = worker->store,
+		.resource = &resource,
+		.cache = worker->cache,
+		.pulse = worker->pulse,
+		.arena = arena_new(worker->settings->memory_limit),
+		.stop = stop_at_once,
+		.threads = worker->settings->threads,
+		.memory_limit = worker->settings->memory_limit,
+	};
+	pulse_begin(worker->pulse, ticket);
+	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
+	if (status == TW_OK)
+		status = resource_get(worker->store, ticket->kind, ticket->resource_id, &resource, &failure);
+	if (status == TW_OK)
+		status = compute(worker, &work, &failure);
+	end_job(worker, ticket, &work.result, status, &failure);
+	resource_clear(&resource);
+	arena_free(work.arena);
+}
+
+/* --- the loop --------------------------------------------------------------------------------------------------- */
+
+static void work_until_stopped(struct worker *worker)
+{
+	while (!stop_requests && !worker->orphaned) {
+		struct tw_error error = {0};
+		struct job_ticket ticket;
+		bool found = false;
+		enum tw_status status = job_claim(worker->store, worker->kinds, worker->name,
+						  worker->settings->lease_ms, &ticket, &found, &error);
+		if (status != TW_OK) {
+			complain("job-claim", "", &error);
+			rest_for(TROUBLE_PAUSE_MS);
+		} else if (found) {
+			run_job(worker, &ticket);
+		} else {
+			wait_for_work(worker);
+		}
+	}
+}
+
+static void install_signals(void)
+{
+	struct sigaction stop = {.sa_handler = on_stop_signal};
+	struct sigaction ignore = {.sa_handler = SIG_IGN};
+	sigaction(SIGTERM, &stop, NULL);
+	sigaction(SIGINT, &stop, NULL);
+	sigaction(SIGPIPE, &ignore, NULL);
+	sigaction(SIGXFSZ, &ignore, NULL); /* a file size limit is an error of the store, not a reason to die */
+}
+
+/* The heartbeat thread must not take the signals, or the loop would sleep on. */
+static enum tw_status start_pulse(struct worker *worker, struct tw_error *error)
+{
+	sigset_t all;
+	sigset_t before;
+	sigfillset(&all);
+	pthread_sigmask(SIG_SETMASK, &all, &before);
+	enum tw_status status =
+		pulse_new(&worker->pulse, worker->settings->store_url, worker->settings->stall_ms, error);
+	pthread_sigmask(SIG_SETMASK, &before, NULL);
+	return status;
+}
+
+enum tw_status worker_run(const struct worker_settings *settings, struct tw_error *error)
+{
+	struct worker worker = {.settings = settings};
+	if (settings->name)
+		snprintf(worker.name, sizeof worker.name, "%s", settings->name);
+	else
+		worker_name(worker.name, getpid());
+	for (size_t i = 0; i < sizeof handlers / sizeof handlers[0]; i++)
+		worker.kinds |= JOB_KIND_BIT(handlers[i].kind);
+	install_signals();
+	enum tw_status status = store_open(&worker.store, settings->store_url, error);
+	if (status == TW_OK)
+		status = start_pulse(&worker, error);
+	worker.cache = cache_new();
+	if (status == TW_OK && !worker.cache)
+		status = tw_fail_memory(error);
+	if (status == TW_OK)
+		work_until_stopped(&worker);
+	cache_free(worker.cache);
+	pulse_free(worker.pulse);
+	store_close(worker.store);
+	return status;
+}

@@ -1,0 +1,197 @@
+/* Purpose: the dual's life: set up, asked for distances, carried over to a smaller instance. */
+#include "solver/steiner/dual/dual.h"
+
+#include "solver/steiner/dual/ball.h"
+#include "solver/steiner/dual/guide.h"
+#include "solver/steiner/dual/queue.h"
+#include "solver/steiner/splitmix.h"
+
+#include <string.h>
+
+enum { NEAR_COUNT = 24 };
+
+uint64_t dual_draw(struct dual *dual, uint64_t below)
+{
+	const uint64_t number = splitmix(dual->random);
+	dual->random += SPLITMIX_STEP;
+	return number % below;
+}
+
+uint32_t dual_coarse(const struct dual *dual, uint64_t fine)
+{
+	uint64_t cost = fine >> dual->coarse_shift;
+	return cost < DUAL_FAR ? (uint32_t)cost : DUAL_FAR;
+}
+
+static void fill_arcs(struct dual *dual)
+{
+	const struct instance *instance = dual->instance;
+	size_t arcs = 2 * (size_t)instance->edge_count;
+	uint32_t *side = dual->stack; /* the first arc seen of each edge */
+	memset(side, 0xff, instance->edge_count * sizeof *side);
+	for (uint32_t a = 0; a < arcs; a++) {
+		uint32_t e = instance->edge[a];
+		dual->arc[a] = (struct dual_arc){instance->head[a], dual_coarse(dual, instance->weight[e])};
+		if (side[e] == INSTANCE_NONE) {
+			side[e] = a;
+		} else {
+			dual->mate[a] = side[e];
+			dual->mate[side[e]] = a;
+		}
+	}
+}
+
+static enum tw_status allocate(struct dual *dual, struct search *search, size_t member_room)
+{
+	const struct instance *instance = &search->instance;
+	struct arena *arena = search->arena;
+	size_t n = instance->vertex_count, arcs = 2 * (size_t)instance->edge_count, k = instance->terminal_count;
+	dual->arena = arena;
+	dual->instance = instance;
+	dual->value = ARENA_ZEROED(arena, k, uint64_t);
+	dual->arc = ARENA_ARRAY(arena, arcs, struct dual_arc);
+	dual->mate = ARENA_ARRAY(arena, arcs, uint32_t);
+	dual->distance = ARENA_ARRAY(arena, n, uint32_t);
+	dual->queue = ARENA_ARRAY(arena, arcs + k, uint64_t);
+	dual->stack = ARENA_ARRAY(arena, arcs + k, uint32_t);
+	dual->inner = ARENA_ARRAY(arena, k, uint64_t);
+	dual->ball_capacity = (uint32_t)(16 * k + 64);
+	dual->ball = ARENA_ARRAY(arena, dual->ball_capacity, struct dual_ball);
+	dual->member_capacity = 4 * n + member_room;
+	dual->member = ARENA_ARRAY(arena, dual->member_capacity, struct dual_member);
+	if (!dual->value || !dual->arc || !dual->mate || !dual->distance || !dual->queue || !dual->stack ||
+	    !dual->inner || !dual->ball || !dual->member)
+		return TW_ERROR_MEMORY;
+	memset(dual->distance, 0xff, n * sizeof *dual->distance);
+	fill_arcs(dual);
+	return dual_guide_allocate(dual, search);
+}
+
+/* Terminals keep their indices and, about, their distances, whatever is deleted. */
+static void share_survey(struct dual *dual, const struct dual *from)
+{
+	dual->near = from->near;
+	dual->near_count = from->near_count;
+	dual->near_distance = from->near_distance;
+	dual->middle = from->middle;
+}
+
+enum tw_status dual_init(struct dual *dual, struct search *search)
+{
+	const size_t k = search->instance.terminal_count;
+	*dual = (struct dual){.random = 1};
+	while (search_cutoff(search) >> dual->coarse_shift >= DUAL_FAR)
+		dual->coarse_shift++;
+	dual->near_count = (uint32_t)(k - 1 < NEAR_COUNT ? k - 1 : NEAR_COUNT);
+	dual->near = ARENA_ARRAY(search->arena, k * dual->near_count, uint32_t);
+	dual->near_distance = ARENA_ARRAY(search->arena, k, uint32_t);
+	dual->middle = ARENA_ZEROED(search->arena, k, uint64_t);
+	if (!dual->near || !dual->near_distance || !dual->middle)
+		return TW_ERROR_MEMORY;
+	const enum tw_status status = allocate(dual, search, 0);
+	return status == TW_OK ? dual_survey(dual, search) : status;
+}
+
+enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from)
+{
+	*dual = (struct dual){.root = from->root, .random = 1, .coarse_shift = from->coarse_shift};
+	share_survey(dual, from);
+	return allocate(dual, search, 0);
+}
+
+enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root)
+{
+	const struct instance *instance = dual->instance;
+	dual->root = root;
+	dual->bound = 0;
+	dual->ball_count = 0;
+	dual->member_count = 0;
+	memset(dual->value, 0, instance->terminal_count * sizeof *dual->value);
+	for (size_t a = 0; a < 2 * (size_t)instance->edge_count; a++)
+		dual->arc[a].cost = dual_coarse(dual, instance->weight[instance->edge[a]]);
+	search->work += instance->edge_count / 4;
+	return dual_guide(dual, search);
+}
+
+void dual_from_root(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *from_root)
+{
+	const struct instance *instance = dual->instance;
+	uint64_t *queue = dual->queue;
+	size_t count = 0;
+	for (uint32_t v = 0; v < instance->vertex_count; v++)
+		from_root[v] = DUAL_FAR;
+	from_root[instance->terminal[dual->root]] = 0;
+	queue_push(queue, &count, instance->terminal[dual->root]);
+	while (count) {
+		uint64_t key = queue_pop(queue, &count);
+		uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
+		if (d != from_root[v])
+			continue;
+		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
+			uint32_t u = dual->arc[a].tail, longer = d + dual->arc[dual->mate[a]].cost;
+			if (longer >= from_root[u] || longer >= limit)
+				continue;
+			from_root[u] = longer;
+			queue_push(queue, &count, (uint64_t)longer << 32 | u);
+		}
+	}
+	search->work += 2 * instance->edge_count;
+}
+
+void dual_to_terminal(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *to_terminal)
+{
+	const struct instance *instance = dual->instance;
+	uint64_t *queue = dual->queue;
+	size_t count = 0;
+	for (uint32_t v = 0; v < instance->vertex_count; v++)
+		to_terminal[v] = DUAL_FAR;
+	for (uint32_t t = 0; t < instance->terminal_count; t++)
+		if (t != dual->root) {
+			to_terminal[instance->terminal[t]] = 0;
+			queue_push(queue, &count, instance->terminal[t]);
+		}
+	while (count) {
+		uint64_t key = queue_pop(queue, &count);
+		uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
+		if (d != to_terminal[v])
+			continue;
+		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
+			uint32_t u = dual->arc[a].tail, longer = d + dual->arc[a].cost;
+			if (longer >= to_terminal[u] || longer >= limit)
+				continue;
+			to_terminal[u] = longer;
+			queue_push(queue, &count, (uint64_t)longer << 32 | u);
+		}
+	}
+	search->work += 2 * instance->edge_count;
+}
+
+enum tw_status dual_transfer(struct dual *dual, struct search *search, const struct dual *from, const uint32_t *number)
+{
+	*dual = (struct dual){.root = from->root, .random = from->random, .coarse_shift = from->coarse_shift};
+	enum tw_status status = allocate(dual, search, from->member_count);
+	if (status != TW_OK)
+		return status;
+	share_survey(dual, from);
+	for (uint32_t b = 0; b < from->ball_count; b++) {
+		const struct dual_member *member = from->member + from->ball[b].start;
+		struct dual_ball ball = from->ball[b];
+		if (!ball.applied)
+			continue;
+		/* Before the members are written: making room keeps only those of balls that are listed. */
+		if (dual->ball_count == dual->ball_capacity && !dual_make_room(dual))
+			return TW_ERROR_MEMORY;
+		ball.start = dual->member_count;
+		ball.count = 0;
+		ball.epoch = 0; /* the new dual counts its steps from 1 */
+		for (uint32_t i = 0; i < from->ball[b].count; i++) {
+			uint32_t v = number[member[i].vertex];
+			if (v != INSTANCE_NONE)
+				dual->member[ball.start + ball.count++] = (struct dual_member){v, member[i].distance};
+		}
+		dual->member_count += ball.count;
+		dual->ball[dual->ball_count++] = ball;
+		dual_put_back(dual, search, &dual->ball[dual->ball_count - 1]);
+	}
+	return TW_OK;
+}
