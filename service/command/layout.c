@@ -135,9 +135,8 @@ static void show_progress(void *context, const struct layout_progress *progress)
 {
 	(void)context;
 	char gap[32] = "";
-	if (progress->weight != UINT64_MAX && progress->weight > 0)
-		snprintf(gap, sizeof gap, ", gap %.3f %%",
-			 100 * (double)(progress->weight - progress->lower_bound) / (double)progress->weight);
+	if (progress->weight != UINT64_MAX)
+		snprintf(gap, sizeof gap, ", gap %.3f %%", 100 * layout_gap(progress->weight, progress->lower_bound));
 	progress_show("%3.0f %% %s%s", 100 * progress->share, progress->stage, gap);
 }
 
@@ -184,68 +183,57 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 	return status ? status : write_files(session, error);
 }
 
-static const char *outcome_name(const struct layout_summary *summary)
+/* The seconds of what stands before the layout. */
+static int add_seconds(const struct session *session, json_t *seconds)
 {
-	return summary->outcome == STEINER_OPTIMAL ? "optimal" : "limit";
+	return json_object_set_new(seconds, "import", json_real(session->files.seconds_import)) ||
+	       json_object_set_new(seconds, "strain", json_real(session->files.seconds_strain)) ||
+	       json_object_set_new(seconds, "field", json_real(session->files.seconds_field));
 }
 
-/* null stands for what was not computed. */
-static json_t *number(double value)
+static int add_files(const struct session *session, json_t *json)
 {
-	return isfinite(value) ? json_real(value) : json_null();
+	json_t *files = json_array();
+	int failed = json_object_set_new(json, "files", files);
+	for (uint32_t i = 0; i < session->output.artifact_count && !failed; i++)
+		failed = json_array_append_new(
+			files, json_sprintf("%s/%s", session->settings.out, session->output.artifacts[i].name));
+	return failed;
 }
 
 static enum tw_status print_json(const struct session *session, struct tw_error *error)
 {
-	const struct layout_summary *s = &session->output.summary;
-	json_t *json = json_pack("{s:s, s:I, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:I}", "outcome",
-				 outcome_name(s), "terminals", (json_int_t)s->terminal_count, "weight",
-				 (json_int_t)s->weight, "lower_bound", (json_int_t)s->lower_bound, "energy_mpa_mm2",
-				 number(s->energy), "baseline_energy_mpa_mm2", number(s->baseline_energy),
-				 "elongation_max", number(s->elongation_max), "baseline_elongation_max",
-				 number(s->baseline_elongation_max), "elongation_mean", number(s->elongation_mean),
-				 "baseline_elongation_mean", number(s->baseline_elongation_mean), "length_mm",
-				 number(s->length_mm), "baseline_length_mm", number(s->baseline_length_mm), "junctions",
-				 (json_int_t)s->junction_count, "violations", (json_int_t)s->violation_count);
-	json_t *seconds = json_pack(
-		"{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "import", session->files.seconds_import, "strain",
-		session->files.seconds_strain, "field", session->files.seconds_field, "terminals", s->seconds_terminals,
-		"tree", s->seconds_tree, "baseline", s->seconds_baseline, "curves", s->seconds_curves, "metrics",
-		s->seconds_metrics, "elongation", s->seconds_elongation, "artifacts", s->seconds_artifacts);
-	json_t *files = json_array();
-	for (uint32_t i = 0; i < session->output.artifact_count; i++)
-		json_array_append_new(files,
-				      json_sprintf("%s/%s", session->settings.out, session->output.artifacts[i].name));
-	int failed = !json || !seconds || !files;
-	failed = json_object_set_new(json, "seconds", seconds) || failed;
-	failed = json_object_set_new(json, "files", files) || failed;
-	failed = failed || json_dumpf(json, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
+	json_t *json = layout_summary_show(&session->output.summary);
+	int failed = add_seconds(session, json_object_get(json, "seconds")) || add_files(session, json) ||
+		     json_dumpf(json, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(9));
 	json_decref(json);
 	printf("\n");
 	return failed ? tw_fail_memory(error) : TW_OK;
 }
 
-static void print_row(const char *what, double ours, double baseline, const char *unit)
+static void print_figure(const struct layout_figure *figure, const struct layout_summary *summary)
 {
+	double ours = layout_figure_of(figure, &summary->ours);
+	double baseline = layout_figure_of(figure, &summary->baseline);
 	if (!isfinite(ours))
 		return;
-	printf("  %-18s %12.2f", what, ours);
+	printf("  %-18s %12.2f", figure->title, ours * figure->unit_scale);
 	if (isfinite(baseline))
-		printf(" %12.2f %9.1f %%", baseline, baseline > 0 ? 100 * (1 - ours / baseline) : 0);
-	printf("  %s\n", unit);
+		printf(" %12.2f", baseline * figure->unit_scale);
+	if (baseline > 0)
+		printf(" %9.1f %%", layout_reduction_percent(ours, baseline));
+	printf("  %s\n", figure->unit);
 }
 
 static void print_table(const struct session *session)
 {
 	const struct layout_summary *s = &session->output.summary;
-	printf("%s: %u terminals, %u junctions, %u design-rule violations; weight %llu, bound %llu\n", outcome_name(s),
-	       s->terminal_count, s->junction_count, s->violation_count, (unsigned long long)s->weight,
-	       (unsigned long long)s->lower_bound);
+	printf("%s: %u terminals, %u junctions, %u design-rule violations; weight %llu, bound %llu\n",
+	       layout_outcome_name(s->outcome), s->terminal_count, s->junction_count, s->violation_count,
+	       (unsigned long long)s->weight, (unsigned long long)s->lower_bound);
 	printf("  %-18s %12s %12s %11s\n", "", "ours", "baseline", "reduction");
-	print_row("energy", s->energy, s->baseline_energy, "MPa·mm²");
-	print_row("elongation, max", 100 * s->elongation_max, 100 * s->baseline_elongation_max, "%");
-	print_row("elongation, mean", 100 * s->elongation_mean, 100 * s->baseline_elongation_mean, "%");
-	print_row("length", s->length_mm, s->baseline_length_mm, "mm");
+	for (size_t i = 0; i < LAYOUT_FIGURES; i++)
+		print_figure(&layout_figures[i], s);
 	printf("  seconds: import %.3f, strain of %u frames %.3f, field %.3f, tree %.3f, baseline %.3f, curves %.3f, "
 	       "metrics %.3f, elongation %.3f, files %.3f\n",
 	       session->files.seconds_import, session->files.frame_count, session->files.seconds_strain,

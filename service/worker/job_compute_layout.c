@@ -3,7 +3,6 @@
 #include "service/worker/work.h"
 #include "solver/layout/layout.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,7 +23,7 @@ static void tell_progress(void *context, const struct layout_progress *progress)
 	if (progress->weight != UINT64_MAX)
 		snprintf(partial, sizeof partial, "{\"weight\":%llu,\"lower_bound\":%llu,\"gap\":%.6f}",
 			 (unsigned long long)progress->weight, (unsigned long long)progress->lower_bound,
-			 progress->weight ? 1 - (double)progress->lower_bound / (double)progress->weight : 0.0);
+			 layout_gap(progress->weight, progress->lower_bound));
 	pulse_tell(layout->work->pulse, progress->share, progress->stage, partial[0] ? partial : NULL);
 }
 
@@ -85,37 +84,6 @@ static void clear(struct layout_work *layout)
 	blob_source_clear(&layout->source);
 }
 
-static json_t *show_real(double value)
-{
-	return isfinite(value) ? json_real(value) : json_null();
-}
-
-static json_t *show_seconds(const struct layout_summary *summary)
-{
-	return json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "terminals", summary->seconds_terminals, "tree",
-			 summary->seconds_tree, "baseline", summary->seconds_baseline, "curves",
-			 summary->seconds_curves, "metrics", summary->seconds_metrics, "elongation",
-			 summary->seconds_elongation, "artifacts", summary->seconds_artifacts, "total",
-			 summary->seconds_total);
-}
-
-static json_t *show_layout(const struct layout_summary *summary)
-{
-	static const char *const outcomes[] = {"optimal", "limit", "cancelled", "infeasible"};
-	double gap = summary->weight ? 1 - (double)summary->lower_bound / (double)summary->weight : 0;
-	return json_pack("{s:s, s:I, s:I, s:I, s:f, s:I, s:I, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "outcome",
-			 outcomes[summary->outcome], "terminals", (json_int_t)summary->terminal_count, "weight",
-			 (json_int_t)summary->weight, "lower_bound", (json_int_t)summary->lower_bound, "gap", gap,
-			 "junctions", (json_int_t)summary->junction_count, "violations",
-			 (json_int_t)summary->violation_count, "energy_mpa_mm2", show_real(summary->energy),
-			 "baseline_energy_mpa_mm2", show_real(summary->baseline_energy), "length_mm",
-			 show_real(summary->length_mm), "baseline_length_mm", show_real(summary->baseline_length_mm),
-			 "elongation_max", show_real(summary->elongation_max), "baseline_elongation_max",
-			 show_real(summary->baseline_elongation_max), "elongation_mean",
-			 show_real(summary->elongation_mean), "baseline_elongation_mean",
-			 show_real(summary->baseline_elongation_mean), "seconds", show_seconds(summary));
-}
-
 static enum tw_status take_output(struct work *work, const struct layout_output *output, struct tw_error *error)
 {
 	struct job_artifact *artifacts = ARENA_ARRAY(work->arena, output->artifact_count, struct job_artifact);
@@ -127,7 +95,7 @@ static enum tw_status take_output(struct work *work, const struct layout_output 
 	}
 	work->result.artifacts = artifacts;
 	work->result.artifact_count = output->artifact_count;
-	return work_summary(work, show_layout(&output->summary), error);
+	return work_summary(work, layout_summary_show(&output->summary), error);
 }
 
 static enum tw_status compute(struct layout_work *layout, const struct cached_field *field,

@@ -237,25 +237,30 @@ static enum tw_status write_artifacts(const struct layout_result *result, struct
 	return TW_OK;
 }
 
+static const struct layout_figures no_figures = {NAN, NAN, NAN, NAN, NAN};
+
+static struct layout_figures figures_of(const struct branch_metrics *total, bool has_elongation)
+{
+	return (struct layout_figures){
+		.energy = total->energy,
+		.energy_without_eta = total->energy_without_eta,
+		.length_mm = total->length_mm,
+		.elongation_max = has_elongation ? total->elongation.max : NAN,
+		.elongation_mean = has_elongation ? total->elongation.mean : NAN,
+	};
+}
+
 static void summarise(const struct job *job, const struct layout_result *result, struct layout_summary *summary)
 {
-	const struct branch_metrics *ours = &job->ours.metrics.total, *other = &job->baseline.metrics.total;
-	bool compare = result->baseline != NULL;
+	bool has_elongation = result->has_elongation;
 	summary->outcome = job->ours.tree.outcome;
 	summary->terminal_count = job->sites.count;
 	summary->weight = job->ours.tree.weight;
 	summary->lower_bound = job->ours.tree.lower_bound;
-	summary->energy = ours->energy;
-	summary->baseline_energy = compare ? other->energy : NAN;
-	summary->length_mm = ours->length_mm;
-	summary->baseline_length_mm = compare ? other->length_mm : NAN;
-	bool stretched = result->has_elongation;
-	summary->elongation_max = stretched ? ours->elongation.max : NAN;
-	summary->elongation_mean = stretched ? ours->elongation.mean : NAN;
-	summary->baseline_elongation_max = stretched && compare ? other->elongation.max : NAN;
-	summary->baseline_elongation_mean = stretched && compare ? other->elongation.mean : NAN;
 	summary->junction_count = job->ours.metrics.junction_count;
 	summary->violation_count = job->ours.metrics.violation_count;
+	summary->ours = figures_of(&job->ours.metrics.total, has_elongation);
+	summary->baseline = result->baseline ? figures_of(&job->baseline.metrics.total, has_elongation) : no_figures;
 	summary->steiner = job->ours.tree.stats;
 }
 
@@ -290,9 +295,10 @@ enum tw_status layout_compute(const struct layout_input *input, struct arena *ar
 		.ours = &job.ours,
 		.baseline = job.pricing.network.baseline ? &job.baseline : NULL,
 		.has_elongation = has_elongation,
+		.summary = summary,
 	};
-	status = write_artifacts(&result, arena, output, error);
 	summarise(&job, &result, summary);
+	status = write_artifacts(&result, arena, output, error);
 	summary->seconds_artifacts = lap(&start);
 	summary->seconds_total = start - begin;
 	return status;

@@ -9,7 +9,7 @@
 #include "solver/arena.h"
 #include "solver/garment/garment.h"
 #include "solver/layout/request.h"
-#include "solver/steiner/steiner.h"
+#include "solver/layout/summary.h"
 #include "tightwire.h"
 
 struct field;
@@ -51,22 +51,6 @@ struct layout_artifact {
 };
 
 enum { LAYOUT_ARTIFACTS_MAX = 8 };
-
-/* Figures for a table or a list of layouts; all of them stand in layout.json too, save the seconds. */
-struct layout_summary {
-	enum steiner_outcome outcome;
-	uint32_t terminal_count;        /* after merging */
-	uint64_t weight, lower_bound;   /* of the tree, in weight units of the field */
-	double energy, baseline_energy; /* deformation energy of the curves, MPa·mm²; NaN without baseline */
-	double elongation_max, baseline_elongation_max; /* 0.12 is 12 %; NaN where not computed */
-	double elongation_mean, baseline_elongation_mean;
-	double length_mm, baseline_length_mm;
-	uint32_t junction_count;
-	uint32_t violation_count; /* of the design rules */
-	struct steiner_stats steiner;
-	double seconds_terminals, seconds_tree, seconds_baseline, seconds_curves, seconds_metrics, seconds_elongation,
-		seconds_artifacts, seconds_total; /* wall clock; never in artifact bytes */
-};
 
 struct layout_output {
 	struct layout_artifact artifacts[LAYOUT_ARTIFACTS_MAX];

@@ -3,6 +3,7 @@
 #define SOLVER_LAYOUT_RESULT_H
 
 #include "solver/layout/metrics.h"
+#include "solver/layout/summary.h"
 #include "solver/text.h"
 
 /* A tree with all that follows from it. */
@@ -25,6 +26,7 @@ struct layout_result {
 	const struct solved *ours;
 	const struct solved *baseline; /* NULL without one */
 	bool has_elongation;
+	const struct layout_summary *summary; /* its figures; of the seconds none is known yet */
 };
 
 /* Writers: the text's own failure is the only one. */

@@ -2,6 +2,7 @@
  * to 60 bits, which many JSON readers round. Short lists stand on one line. */
 #include "solver/layout/result.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 enum { MM_DECIMALS = 4, ENERGY_DECIMALS = 6, SHARE_DECIMALS = 8 };
@@ -212,11 +213,10 @@ static void add_violations(const struct layout_result *result, const struct solv
 static void add_tree(const struct solved *solved, double scale, struct text *text)
 {
 	const struct steiner_tree *tree = &solved->tree;
-	double gap = tree->weight > 0 ? (double)(tree->weight - tree->lower_bound) / (double)tree->weight : 0;
 	text_format(text, "\"outcome\":\"%s\",\"weight\":\"%llu\",\"lower_bound\":\"%llu\"",
-		    tree->outcome == STEINER_OPTIMAL ? "optimal" : "limit", (unsigned long long)tree->weight,
+		    layout_outcome_name(tree->outcome), (unsigned long long)tree->weight,
 		    (unsigned long long)tree->lower_bound);
-	add_number(text, "gap", gap, 9);
+	add_number(text, "gap", layout_gap(tree->weight, tree->lower_bound), 9);
 	add_number(text, "weight_scale", scale, 0);
 	add_number(text, "tree_cost", (double)tree->weight / scale, ENERGY_DECIMALS);
 }
@@ -242,27 +242,28 @@ static void add_solved(const struct layout_result *result, const struct solved *
 	text_add(text, "\n  }");
 }
 
-/* How much less ours has than the baseline, in per cent of the baseline. */
-static void add_reduction(struct text *text, const char *key, double ours, double baseline, bool first)
+/* Of the figures that were computed. */
+static void add_reductions(const struct layout_summary *summary, struct text *text)
 {
-	text_format(text, "%s\"%s\":", first ? "" : ",", key);
-	text_number(text, baseline > 0 ? 100 * (1 - ours / baseline) : NAN, 4);
+	bool first = true;
+	text_add(text, ",\n  \"reduction_percent\":{");
+	for (size_t i = 0; i < LAYOUT_FIGURES; i++) {
+		const struct layout_figure *figure = &layout_figures[i];
+		double ours = layout_figure_of(figure, &summary->ours);
+		if (!isfinite(ours))
+			continue;
+		text_format(text, "%s\"%s\":", first ? "" : ",", figure->share);
+		text_number(text, layout_reduction_percent(ours, layout_figure_of(figure, &summary->baseline)), 4);
+		first = false;
+	}
+	text_add(text, "}");
 }
 
 static void add_baseline(const struct layout_result *result, struct text *text)
 {
-	const struct branch_metrics *ours = &result->ours->metrics.total, *other = &result->baseline->metrics.total;
 	text_add(text, ",\n  \"baseline\":");
 	add_solved(result, result->baseline, result->network->baseline_scale, text);
-	text_add(text, ",\n  \"reduction_percent\":{");
-	add_reduction(text, "energy", ours->energy, other->energy, true);
-	add_reduction(text, "energy_without_eta", ours->energy_without_eta, other->energy_without_eta, false);
-	add_reduction(text, "length", ours->length_mm, other->length_mm, false);
-	if (result->has_elongation) {
-		add_reduction(text, "elongation_max", ours->elongation.max, other->elongation.max, false);
-		add_reduction(text, "elongation_mean", ours->elongation.mean, other->elongation.mean, false);
-	}
-	text_add(text, "}");
+	add_reductions(result->summary, text);
 }
 
 void write_layout_json(const struct layout_result *result, struct text *text)

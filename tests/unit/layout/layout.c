@@ -437,6 +437,38 @@ static void progress_never_falls_and_ends_with_the_proven_tree(void **state)
 	tear_down(&bench);
 }
 
+static double percent(const json_t *summary, const char *ours, const char *baseline)
+{
+	return 100 * (1 - member(summary, ours) / member(summary, baseline));
+}
+
+/* layout.json has a few decimals of each figure, the summary all. */
+static void the_summary_and_the_file_tell_the_same(void **state)
+{
+	(void)state;
+	struct bench bench;
+	static const double stretch[9] = {1.2, 0.1, 0, 0, 1.1, 0, 0, 0, 1};
+	set_up(&bench, 20, 0.2);
+	set_motion(&bench, stretch);
+	compute(&bench, "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198}]}");
+	json_t *summary = layout_summary_show(&bench.output.summary);
+	const json_t *ours = metrics_of(&bench), *elongation = json_object_get(ours, "elongation");
+	const json_t *saved = json_object_get(bench.json, "reduction_percent");
+	assert_non_null(summary);
+	assert_string_equal(json_string_value(json_object_get(summary, "outcome")),
+			    json_string_value(json_object_get(layout_of(&bench), "outcome")));
+	assert_near(member(summary, "energy_mpa_mm2"), member(ours, "energy_mpa_mm2"), 1e-5);
+	assert_near(member(summary, "energy_without_eta_mpa_mm2"), member(ours, "energy_without_eta_mpa_mm2"), 1e-5);
+	assert_near(member(summary, "length_mm"), member(ours, "length_mm"), 1e-3);
+	assert_near(member(summary, "elongation_max"), member(elongation, "max"), 1e-7);
+	assert_near(member(summary, "elongation_mean"), member(elongation, "mean"), 1e-7);
+	assert_near(member(saved, "energy"), percent(summary, "energy_mpa_mm2", "baseline_energy_mpa_mm2"), 1e-3);
+	assert_near(member(saved, "elongation_max"), percent(summary, "elongation_max", "baseline_elongation_max"),
+		    1e-3);
+	json_decref(summary);
+	tear_down(&bench);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -453,6 +485,7 @@ int main(void)
 		cmocka_unit_test(drawings_are_well_formed_and_of_true_scale),
 		cmocka_unit_test(a_cancelled_layout_says_so),
 		cmocka_unit_test(progress_never_falls_and_ends_with_the_proven_tree),
+		cmocka_unit_test(the_summary_and_the_file_tell_the_same),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
