@@ -12,10 +12,6 @@
 #include "solver/field/options.h"
 #include "solver/garment/garment.h"
 
-/* The fabric of the paper's suit: 82 % nylon, 18 % polyester. */
-#define STRAIN_YOUNG_MPA 5.4
-#define STRAIN_POISSON 0.33
-
 /* The undeformed shape of every face, which a frame is compared with. */
 struct strain_rest {
 	uint32_t face_count;

@@ -3,6 +3,8 @@
 #ifndef SOLVER_GARMENT_DRAFT_H
 #define SOLVER_GARMENT_DRAFT_H
 
+#include "solver/garment/garment.h"
+#include "solver/garment/options.h"
 #include "solver/garment/soup.h"
 
 struct draft {

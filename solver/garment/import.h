@@ -18,8 +18,7 @@
 
 #include "solver/garment/garment.h"
 #include "solver/garment/options.h"
-
-enum mesh_format { MESH_SNIFF, MESH_OBJ, MESH_PLY, MESH_OFF, MESH_STL };
+#include "solver/garment/report.h"
 
 /* A file in memory. Borrowed. */
 struct garment_source {
@@ -31,34 +30,6 @@ struct garment_source {
 
 /* By the ending (".obj", any case); MESH_SNIFF when it is none of ours. */
 enum mesh_format mesh_format_of_name(const char *name);
-
-/* Something harmless that the user should know. */
-enum { GARMENT_WARNINGS = 12, WARNING_PLACES = 8 };
-
-struct garment_warning {
-	const char *type;               /* static slug: "isolated-vertices" */
-	const char *place_kind;         /* static: "vertex", "face", "line", "piece" */
-	uint64_t count;                 /* how many places in all */
-	uint32_t place[WARNING_PLACES]; /* the first of them; numbers from 0, lines from 1 */
-	uint32_t place_count;
-	char text[256]; /* one sentence */
-};
-
-struct garment_report {
-	struct garment_warning warning[GARMENT_WARNINGS]; /* at most one of a type */
-	uint32_t warning_count;
-	enum mesh_format format; /* of the worn file, as it was read */
-	uint32_t polygon_count;  /* in the file, before triangulation and refinement */
-	uint32_t file_vertices;  /* in the file, before welding and refinement */
-	uint32_t inner_edges;    /* of the garment, by kind */
-	uint32_t seam_edges;
-	uint32_t hem_edges;
-	uint32_t component_count;
-	double worn_box_mm[2][3]; /* least and largest */
-	double pattern_box_mm[2][2];
-	double worn_area_mm2;
-	double pattern_area_mm2;
-};
 
 /* Reads `worn`, and `pattern` where it is not NULL. The garment lives in `arena`; working memory, at most 2 GiB, is
  * freed at the end. Errors: TW_ERROR_INPUT with a stable type and the line, byte, face or vertex in `where` (numbers of

@@ -4,7 +4,8 @@
 #define SOLVER_GARMENT_SOUP_H
 
 #include "solver/arena.h"
-#include "solver/garment/import.h"
+#include "solver/garment/garment.h"
+#include "solver/garment/report.h"
 #include "solver/garment/text.h"
 
 /* Kinds of labels, in the order in which they are tried as a piece's name. */

@@ -3,7 +3,8 @@
 #define SOLVER_LAYOUT_DRAFT_H
 
 #include "solver/layout/unfold.h"
-#include "solver/layout/wires.h"
+#include "solver/layout/wire_set.h"
+#include "solver/pattern/outline.h"
 
 /* What all strands of a layout share. */
 struct smoother {

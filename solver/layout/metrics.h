@@ -4,7 +4,7 @@
 
 #include "solver/field/field.h"
 #include "solver/field/strip.h"
-#include "solver/layout/layout.h"
+#include "solver/layout/input.h"
 #include "solver/layout/wires.h"
 
 enum design_rule {

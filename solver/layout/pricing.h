@@ -3,8 +3,9 @@
 #ifndef SOLVER_LAYOUT_PRICING_H
 #define SOLVER_LAYOUT_PRICING_H
 
-#include "solver/layout/layout.h"
+#include "solver/layout/input.h"
 #include "solver/layout/network.h"
+#include "solver/steiner/steiner.h"
 
 struct pricing {
 	const struct field *field; /* the input's, or `own` */

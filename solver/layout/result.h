@@ -4,6 +4,7 @@
 
 #include "solver/layout/metrics.h"
 #include "solver/layout/summary.h"
+#include "solver/steiner/steiner.h"
 #include "solver/text.h"
 
 /* A tree with all that follows from it. */

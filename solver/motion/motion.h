@@ -10,37 +10,10 @@
 #define SOLVER_MOTION_MOTION_H
 
 #include "solver/garment/options.h"
-#include "tightwire.h"
+#include "solver/motion/info.h"
+#include "solver/motion/source.h"
 
 #include <stdbool.h>
-
-/* A stream that can start again: an upload's chunks, a file, memory. */
-struct byte_source {
-	/* Fills up to `size` bytes; *got < size only at the end. */
-	enum tw_status (*read)(void *context, void *bytes, size_t size, size_t *got, struct tw_error *error);
-	enum tw_status (*rewind)(void *context, struct tw_error *error);
-	void *context;
-	uint64_t size; /* bytes in all; UINT64_MAX when unknown */
-};
-
-/* Reads from memory. `memory` and what it points to must outlive the source. */
-struct byte_memory {
-	const void *bytes;
-	size_t size;
-	size_t at; /* starts as 0 */
-};
-struct byte_source byte_source_memory(struct byte_memory *memory);
-
-enum motion_format { MOTION_SNIFF, MOTION_PC2, MOTION_MDD, MOTION_OBJ_TAR, MOTION_PACKED };
-
-struct motion_info {
-	enum motion_format format;
-	uint32_t
-		frame_count; /* 0 where that is known only once the end was read: an OBJ sequence, or packed from one */
-	uint32_t vertex_count;    /* points of a frame */
-	double frames_per_second; /* MDD by its times; PC2 and OBJ have none: 30 over the frames per sample */
-	double start_frame;       /* PC2; else 0 */
-};
 
 struct motion_reader;
 

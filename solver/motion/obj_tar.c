@@ -3,6 +3,7 @@
  *
  * tar: 512-byte headers, each followed by its data padded to 512, and an empty one at the end (POSIX.1-2017, pax). Long
  * names come in an entry before their file: type L (GNU) or a path record of type x (pax). */
+#include "solver/garment/import.h"
 #include "solver/garment/soup.h"
 #include "solver/motion/reader.h"
 

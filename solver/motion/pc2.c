@@ -1,4 +1,5 @@
 /* PC2, as 3ds Max, Maya and Blender write it. Frames are read straight into the caller's array. */
+#include "solver/motion/motion.h"
 #include "solver/motion/reader.h"
 
 #include <math.h>

@@ -1,10 +1,12 @@
-/* What the readers of the formats share. motion.c opens and dispatches; a format is a row of functions. */
+/* What the readers of the formats share: a format is a row of functions, which motion.c opens and dispatches to. */
 #ifndef SOLVER_MOTION_READER_H
 #define SOLVER_MOTION_READER_H
 
-#include "solver/motion/motion.h"
+#include "solver/motion/info.h"
+#include "solver/motion/source.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 struct motion_reader;
 

@@ -1,0 +1,39 @@
+/* What a layout is computed from, and how it tells how far it is. */
+#ifndef SOLVER_LAYOUT_INPUT_H
+#define SOLVER_LAYOUT_INPUT_H
+
+#include "solver/garment/garment.h"
+#include "solver/layout/request.h"
+#include "tightwire.h"
+
+struct field;
+struct motion_reader;
+
+/* What is known so far of the running computation. */
+struct layout_progress {
+	const char *stage; /* borrowed, static: "terminals", "eta", "tree", "baseline", "curves", "elongation",
+			      "artifacts" */
+	double share;      /* 0…1 of the whole, a rough guess */
+	uint64_t weight;   /* of the best tree so far, in weight units of the field; UINT64_MAX for none */
+	uint64_t lower_bound;
+};
+
+struct layout_input {
+	const struct garment *garment;
+	const struct topology *topology;
+	const struct field *field; /* of this garment */
+	const struct layout_request *request;
+	const char *const *motion_name; /* [motion_count] for the report; may be NULL when motion_count is 0 */
+	uint32_t motion_count;          /* motions whose frames give the elongation; 0 for none */
+	unsigned threads;               /* 0 and 1: the calling thread only. Never changes the answer */
+	size_t memory_limit;            /* bytes of scratch memory for the Steiner search; 0 for none */
+	/* Opens the frames of a motion, positioned at its first frame; layout_compute closes it with motion_close. Only
+	 * called where motion_count > 0 and the request asks for the elongation; one motion is open at a time. */
+	enum tw_status (*motion_open)(void *context, uint32_t motion, struct motion_reader **reader,
+				      struct tw_error *error);
+	void (*progress)(void *context, const struct layout_progress *progress); /* may be NULL */
+	int (*cancelled)(void *context);                                         /* may be NULL */
+	void *context;                                                           /* borrowed, handed to all three */
+};
+
+#endif
