@@ -10,6 +10,7 @@
 #include "solver/option.h"
 #include "solver/steiner/certificate/file.h"
 
+#include <inttypes.h>
 #include <jansson.h>
 #include <signal.h>
 #include <stdbool.h>
@@ -181,8 +182,8 @@ static enum tw_status print_json(const struct steiner_file *file, const struct s
 			json, "apart",
 			json_pack("[I, I]", (json_int_t)tree->terminal_a + 1, (json_int_t)tree->terminal_b + 1));
 	} else {
-		json_object_set_new(json, "weight", json_integer((json_int_t)tree->weight));
-		json_object_set_new(json, "lower_bound", json_integer((json_int_t)tree->lower_bound));
+		json_object_set_new(json, "weight", json_sprintf("%" PRIu64, tree->weight));
+		json_object_set_new(json, "lower_bound", json_sprintf("%" PRIu64, tree->lower_bound));
 		json_object_set_new(json, "gap_percent", json_real(gap_percent(tree->weight, tree->lower_bound)));
 		json_object_set_new(json, "edges", edges_json(file, tree));
 	}

@@ -2,6 +2,7 @@
  *
  * The means that a motion keeps are against the flat pattern. With another reference the frames are read again. */
 #include "service/worker/motion_means.h"
+#include "solver/layout/summary.h"
 
 #include <stdlib.h>
 
@@ -72,11 +73,16 @@ static json_t *show_field(const struct field *field, const struct field_options 
 	}
 	for (uint32_t f = 0; f < field->face_count; f++)
 		density = field->density[f] > density ? field->density[f] : density;
-	return json_pack("{s:I, s:I, s:I, s:I, s:f, s:I, s:I, s:f, s:o}", "faces", (json_int_t)field->face_count,
-			 "edges", (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
-			 forbidden, "scale", field->scale, "least_weight",
-			 (json_int_t)(least == UINT64_MAX ? 0 : least), "largest_weight", (json_int_t)largest,
-			 "largest_density_mpa", density, "preset_changes", field_options_changes(asked));
+	json_t *json = json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:o}", "faces", (json_int_t)field->face_count, "edges",
+				 (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
+				 forbidden, "scale", field->scale, "largest_density_mpa", density, "preset_changes",
+				 field_options_changes(asked));
+	double energy_scale = field_energy_scale(field);
+	if (json && layout_weight_add(json, "least_weight", least == UINT64_MAX ? 0 : least, energy_scale) &&
+	    layout_weight_add(json, "largest_weight", largest, energy_scale))
+		return json;
+	json_decref(json);
+	return NULL;
 }
 
 static int show_weighing(void *context, double share)

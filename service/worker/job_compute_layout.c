@@ -19,12 +19,13 @@ struct layout_work {
 static void tell_progress(void *context, const struct layout_progress *progress)
 {
 	struct layout_work *layout = context;
-	char partial[160] = "";
-	if (progress->weight != UINT64_MAX)
-		snprintf(partial, sizeof partial, "{\"weight\":%llu,\"lower_bound\":%llu,\"gap\":%.6f}",
-			 (unsigned long long)progress->weight, (unsigned long long)progress->lower_bound,
-			 layout_gap(progress->weight, progress->lower_bound));
-	pulse_tell(layout->work->pulse, progress->share, progress->stage, partial[0] ? partial : NULL);
+	char *partial = NULL;
+	json_t *json = progress->weight == UINT64_MAX ? NULL : json_object();
+	if (json && layout_bounds_add(json, progress->weight, progress->lower_bound, progress->energy_scale))
+		partial = json_dumps(json, JSON_COMPACT);
+	json_decref(json);
+	pulse_tell(layout->work->pulse, progress->share, progress->stage, partial);
+	free(partial);
 }
 
 static int is_cancelled(void *context)

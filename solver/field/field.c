@@ -140,6 +140,11 @@ static double choose_scale(const double *cost, uint32_t count, int weight)
 	return ldexp(1, wanted < allowed ? wanted : allowed);
 }
 
+double field_energy_scale(const struct field *field)
+{
+	return field->options.weight == FIELD_DEFORMATION ? field->scale : NAN;
+}
+
 uint64_t field_round(const struct field *field, double cost)
 {
 	double weight = cost * field->scale;

@@ -64,6 +64,9 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 /* value[f] = (density[f] + eta) * multiplier[f], what strips integrate (strip.h) to give the field's own costs. */
 void field_value(const struct field *field, const struct field_constraints *constraints, double *value);
 
+/* Weight units per MPa mm2; NAN where the weights are no energies (FIELD_LENGTH, FIELD_UNIT). */
+double field_energy_scale(const struct field *field);
+
 /* The weight of a cost in the field's fixed point, as its edges are rounded. */
 uint64_t field_round(const struct field *field, double cost);
 

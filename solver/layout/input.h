@@ -16,6 +16,7 @@ struct layout_progress {
 	double share;      /* 0…1 of the whole, a rough guess */
 	uint64_t weight;   /* of the best tree so far, in weight units of the field; UINT64_MAX for none */
 	uint64_t lower_bound;
+	double energy_scale; /* of these units: field_energy_scale */
 };
 
 struct layout_input {

@@ -257,6 +257,7 @@ static void summarise(const struct job *job, const struct layout_result *result,
 	summary->terminal_count = job->sites.count;
 	summary->weight = job->ours.tree.weight;
 	summary->lower_bound = job->ours.tree.lower_bound;
+	summary->energy_scale = field_energy_scale(job->input->field);
 	summary->junction_count = job->ours.metrics.junction_count;
 	summary->violation_count = job->ours.metrics.violation_count;
 	summary->ours = figures_of(&job->ours.metrics.total, has_elongation);
@@ -267,7 +268,9 @@ static void summarise(const struct job *job, const struct layout_result *result,
 enum tw_status layout_compute(const struct layout_input *input, struct arena *arena, struct layout_output *output,
 			      struct tw_error *error)
 {
-	struct job job = {.input = input, .arena = arena, .progress = {.weight = UINT64_MAX}};
+	struct job job = {.input = input,
+			  .arena = arena,
+			  .progress = {.weight = UINT64_MAX, .energy_scale = field_energy_scale(input->field)}};
 	struct layout_summary *summary = &output->summary;
 	double begin = now(), start = begin;
 	*output = (struct layout_output){0};

@@ -1,8 +1,8 @@
 #include "solver/layout/summary.h"
 
 #include <assert.h>
+#include <inttypes.h>
 #include <math.h>
-#include <stdbool.h>
 
 #define FIGURE(member) offsetof(struct layout_figures, member)
 
@@ -49,6 +49,27 @@ static json_t *show_number(double value)
 	return isfinite(value) ? json_real(value) : json_null();
 }
 
+double layout_energy_of(uint64_t weight, double energy_scale)
+{
+	return (double)weight / energy_scale;
+}
+
+bool layout_weight_add(json_t *object, const char *name, uint64_t weight, double energy_scale)
+{
+	char digits[24], beside[64];
+	snprintf(digits, sizeof digits, "%" PRIu64, weight);
+	snprintf(beside, sizeof beside, "%s_mpa_mm2", name);
+	return !json_object_set_new(object, name, json_string(digits)) &&
+	       !json_object_set_new(object, beside, show_number(layout_energy_of(weight, energy_scale)));
+}
+
+bool layout_bounds_add(json_t *object, uint64_t weight, uint64_t lower_bound, double energy_scale)
+{
+	return layout_weight_add(object, "weight", weight, energy_scale) &&
+	       layout_weight_add(object, "lower_bound", lower_bound, energy_scale) &&
+	       !json_object_set_new(object, "gap", json_real(layout_gap(weight, lower_bound)));
+}
+
 static json_t *show_seconds(const struct layout_summary *summary)
 {
 	return json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "terminals", summary->seconds_terminals, "tree",
@@ -68,12 +89,10 @@ static bool add_figure(json_t *json, const struct layout_figure *figure, const s
 
 json_t *layout_summary_show(const struct layout_summary *summary)
 {
-	json_t *json = json_pack(
-		"{s:s, s:I, s:I, s:I, s:f, s:I, s:I}", "outcome", layout_outcome_name(summary->outcome), "terminals",
-		(json_int_t)summary->terminal_count, "weight", (json_int_t)summary->weight, "lower_bound",
-		(json_int_t)summary->lower_bound, "gap", layout_gap(summary->weight, summary->lower_bound), "junctions",
-		(json_int_t)summary->junction_count, "violations", (json_int_t)summary->violation_count);
-	bool complete = json != NULL;
+	json_t *json = json_pack("{s:s, s:I, s:I, s:I}", "outcome", layout_outcome_name(summary->outcome), "terminals",
+				 (json_int_t)summary->terminal_count, "junctions", (json_int_t)summary->junction_count,
+				 "violations", (json_int_t)summary->violation_count);
+	bool complete = json && layout_bounds_add(json, summary->weight, summary->lower_bound, summary->energy_scale);
 	for (size_t i = 0; complete && i < LAYOUT_FIGURES; i++)
 		complete = add_figure(json, &layout_figures[i], summary);
 	complete = complete && !json_object_set_new(json, "seconds", show_seconds(summary));

@@ -6,6 +6,7 @@
 #include "solver/steiner/steiner.h"
 
 #include <jansson.h>
+#include <stdbool.h>
 #include <stddef.h>
 
 /* Of a whole layout; NAN where not computed. */
@@ -19,6 +20,7 @@ struct layout_summary {
 	enum steiner_outcome outcome;
 	uint32_t terminal_count;      /* after merging */
 	uint64_t weight, lower_bound; /* of the tree, in weight units of the field */
+	double energy_scale;          /* of these units: field_energy_scale */
 	uint32_t junction_count;
 	uint32_t violation_count; /* of the design rules */
 	struct layout_figures ours, baseline;
@@ -47,6 +49,16 @@ double layout_reduction_percent(double ours, double baseline);
 
 /* "optimal", "limit". */
 const char *layout_outcome_name(enum steiner_outcome outcome);
+
+/* A weight in MPa mm2; `energy_scale` as field_energy_scale says, and NAN where that is. */
+double layout_energy_of(uint64_t weight, double energy_scale);
+
+/* Adds the weight to an object: `name` as a decimal string, since weights go up to 2^60 and a number of JSON holds
+ * 2^53, and `name`_mpa_mm2 beside it, null where weights are no energies. False when out of memory. */
+bool layout_weight_add(json_t *object, const char *name, uint64_t weight, double energy_scale);
+
+/* Adds "weight", "lower_bound" (as layout_weight_add does) and "gap". False when out of memory. */
+bool layout_bounds_add(json_t *object, uint64_t weight, uint64_t lower_bound, double energy_scale);
 
 /* How far the tree may be from the best, as a share of its weight. */
 double layout_gap(uint64_t weight, uint64_t lower_bound);

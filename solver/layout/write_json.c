@@ -210,22 +210,25 @@ static void add_violations(const struct layout_result *result, const struct solv
 	text_add(text, "]");
 }
 
-static void add_tree(const struct solved *solved, double scale, struct text *text)
+/* `energy_scale` as field_energy_scale says: NAN, and so null, for a baseline. */
+static void add_tree(const struct solved *solved, double scale, double energy_scale, struct text *text)
 {
 	const struct steiner_tree *tree = &solved->tree;
-	text_format(text, "\"outcome\":\"%s\",\"weight\":\"%llu\",\"lower_bound\":\"%llu\"",
-		    layout_outcome_name(tree->outcome), (unsigned long long)tree->weight,
-		    (unsigned long long)tree->lower_bound);
+	text_format(text, "\"outcome\":\"%s\",\"weight\":\"%llu\"", layout_outcome_name(tree->outcome),
+		    (unsigned long long)tree->weight);
+	add_number(text, "weight_mpa_mm2", layout_energy_of(tree->weight, energy_scale), ENERGY_DECIMALS);
+	text_format(text, ",\"lower_bound\":\"%llu\"", (unsigned long long)tree->lower_bound);
+	add_number(text, "lower_bound_mpa_mm2", layout_energy_of(tree->lower_bound, energy_scale), ENERGY_DECIMALS);
 	add_number(text, "gap", layout_gap(tree->weight, tree->lower_bound), 9);
 	add_number(text, "weight_scale", scale, 0);
-	add_number(text, "tree_cost", (double)tree->weight / scale, ENERGY_DECIMALS);
 }
 
-static void add_solved(const struct layout_result *result, const struct solved *solved, double scale, struct text *text)
+static void add_solved(const struct layout_result *result, const struct solved *solved, double scale,
+		       double energy_scale, struct text *text)
 {
 	const struct layout_metrics *metrics = &solved->metrics;
 	text_add(text, "{\n    ");
-	add_tree(solved, scale, text);
+	add_tree(solved, scale, energy_scale, text);
 	text_add(text, ",\n    \"metrics\":{");
 	add_branch_figures(result, &metrics->total, text);
 	text_format(text, ",\"branches\":%u,\"junctions\":%u,\"seam_crossings\":%u,\"violations\":%u}",
@@ -262,7 +265,7 @@ static void add_reductions(const struct layout_summary *summary, struct text *te
 static void add_baseline(const struct layout_result *result, struct text *text)
 {
 	text_add(text, ",\n  \"baseline\":");
-	add_solved(result, result->baseline, result->network->baseline_scale, text);
+	add_solved(result, result->baseline, result->network->baseline_scale, NAN, text);
 	add_reductions(result->summary, text);
 }
 
@@ -287,7 +290,7 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	text_add(text, "]");
 	add_terminals(result, text);
 	text_add(text, ",\n  \"layout\":");
-	add_solved(result, result->ours, result->field->scale, text);
+	add_solved(result, result->ours, result->field->scale, field_energy_scale(result->field), text);
 	if (result->baseline)
 		add_baseline(result, text);
 	text_add(text, "\n}\n");

@@ -43,6 +43,10 @@ test('a layout of the sample is optimal, fits the contract, and its sums add up'
   for (const wiring of [document.layout, document.baseline]) {
     assert.equal(wiring.outcome, 'optimal');
     assert.equal(wiring.weight, wiring.lower_bound);
+    const energy = wiring === document.layout ? Number(wiring.weight) / wiring.weight_scale : null;
+    for (const shown of [wiring.weight_mpa_mm2, wiring.lower_bound_mpa_mm2])
+      if (energy === null) assert.equal(shown, null, 'edges are no energy');
+      else assert.ok(Math.abs(shown / energy - 1) < 1e-6, `${shown} ${energy}`);
     const sum = (key) => wiring.branches.reduce((total, branch) => total + branch[key], 0);
     assert.ok(Math.abs(sum('length_mm') - wiring.metrics.length_mm) < 0.01);
     assert.ok(Math.abs(sum('energy_mpa_mm2') - wiring.metrics.energy_mpa_mm2) < 0.01);
