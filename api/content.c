@@ -61,7 +61,7 @@ enum tw_status content_respond(struct api_call *call, enum resource_kind kind, e
 {
 	struct resource resource = {0};
 	struct blob blob;
-	const char *name = call->match.parameters[kind == RESOURCE_MOTION ? 2 : 1];
+	const char *name = call->match.parameters[resource_kind_is_nested(kind) ? 2 : 1];
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (!status)
 		status = resource_find(call, kind, &resource, error);

@@ -21,7 +21,7 @@ enum tw_status get_job(struct api_call *call, struct tw_error *error)
 
 static enum tw_status parse_kind(const char *text, unsigned *kinds, struct tw_error *error)
 {
-	enum resource_kind kind = RESOURCE_MESH;
+	enum job_kind kind = JOB_IMPORT_MESH;
 	*kinds = 0;
 	if (!text)
 		return TW_OK;

@@ -17,8 +17,11 @@ json_t *job_show_problem(const struct job *job)
 
 static json_t *resource_link(const struct job *job)
 {
+	if (!job->resource_id[0])
+		return json_null();
 	json_t *resource = json_object();
-	json_object_set_new(resource, "kind", json_string(resource_kind_name(job->kind)));
+	enum resource_kind kind = job_kind_row(job->kind)->resource;
+	json_object_set_new(resource, "kind", json_string(resource_kind_name(kind)));
 	json_object_set_new(resource, "id", json_string(job->resource_id));
 	return resource;
 }

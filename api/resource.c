@@ -10,16 +10,18 @@
 enum tw_status resource_find(struct api_call *call, enum resource_kind kind, struct resource *resource,
 			     struct tw_error *error)
 {
-	bool is_motion = kind == RESOURCE_MOTION;
-	const char *id = call->match.parameters[is_motion];
+	bool nested = resource_kind_is_nested(kind);
+	const char *id = call->match.parameters[nested];
 	enum tw_status status = resource_get(call->store, kind, id, resource, error);
-	if (status || !is_motion)
+	if (status || !nested)
 		return status;
-	char mesh[STORE_ID_SIZE];
-	status = resource_first_need(call, id, RESOURCE_MESH, mesh, error);
-	if (!status && strcmp(mesh, call->match.parameters[0]) != 0)
-		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL,
-				 "the mesh %.40s has no motion %.40s", call->match.parameters[0], id);
+	char parent[STORE_ID_SIZE];
+	enum resource_kind parent_kind = resource_kind_row(kind)->needs[0].kind;
+	status = resource_first_need(call, id, parent_kind, parent, error);
+	if (!status && strcmp(parent, call->match.parameters[0]) != 0)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL, "the %s %.40s has no %s %.40s",
+				 resource_kind_name(parent_kind), call->match.parameters[0], resource_kind_name(kind),
+				 id);
 	if (status)
 		resource_clear(resource);
 	return status;

@@ -7,23 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A motion's collection depends on its mesh. */
-static const char *const collections[RESOURCE_KINDS] = {
-	[RESOURCE_MESH] = "/v1/meshes",
-	[RESOURCE_FIELD] = "/v1/fields",
-	[RESOURCE_LAYOUT] = "/v1/layouts",
-	[RESOURCE_RECORDING] = "/v1/rig/recordings",
-};
-
-/* `parent`: the mesh of a motion; else ignored. */
-static void print_path(enum resource_kind kind, const char *parent, const char *id, char *path, size_t size)
-{
-	if (kind == RESOURCE_MOTION)
-		snprintf(path, size, "/v1/meshes/%s/motions/%s", parent, id);
-	else
-		snprintf(path, size, "%s/%s", collections[kind], id);
-}
-
 enum tw_status resource_first_need(struct api_call *call, const char *id, enum resource_kind kind,
 				   char need[STORE_ID_SIZE], struct tw_error *error)
 {
@@ -109,37 +92,41 @@ static enum tw_status add_needs(struct api_call *call, json_t *json, const char 
 static enum tw_status add_origin(struct api_call *call, json_t *json, const struct resource *resource,
 				 struct tw_error *error)
 {
+	const struct resource_kind_row *kind = resource_kind_row(resource->kind);
 	enum tw_status status = TW_OK;
-	switch (resource->kind) {
-	case RESOURCE_MOTION:
-		return add_need(call, json, "mesh", resource->id, RESOURCE_MESH, error);
-	case RESOURCE_FIELD:
-		status = add_need(call, json, "mesh", resource->id, RESOURCE_MESH, error);
-		return status ? status : add_needs(call, json, "motions", resource->id, RESOURCE_MOTION, error);
-	case RESOURCE_LAYOUT:
-		return add_need(call, json, "field", resource->id, RESOURCE_FIELD, error);
-	default:
-		return TW_OK;
+	for (unsigned i = 0; i < kind->need_count && status == TW_OK; i++) {
+		const struct kind_need *need = &kind->needs[i];
+		status = need->many ? add_needs(call, json, need->member, resource->id, need->kind, error)
+				    : add_need(call, json, need->member, resource->id, need->kind, error);
 	}
+	return status;
 }
 
 static enum tw_status add_contents(struct api_call *call, json_t *json, const struct resource *resource,
 				   const char *path, struct tw_error *error)
 {
+	static const char *const members[] = {
+		[BLOB_UPLOAD] = "uploads", [BLOB_ARRAY] = "arrays", [BLOB_ARTIFACT] = "artifacts"};
+	unsigned contains = resource_kind_row(resource->kind)->contains;
 	enum tw_status status = TW_OK;
-	if (resource->kind == RESOURCE_MESH || resource->kind == RESOURCE_MOTION)
-		status = add_blobs(call, json, "uploads", resource->id, BLOB_UPLOAD, path, error);
-	if (!status && resource->kind != RESOURCE_LAYOUT && resource->kind != RESOURCE_RECORDING)
-		status = add_blobs(call, json, "arrays", resource->id, BLOB_ARRAY, path, error);
-	if (!status && resource->kind == RESOURCE_LAYOUT)
-		status = add_blobs(call, json, "artifacts", resource->id, BLOB_ARTIFACT, path, error);
+	for (enum blob_role role = BLOB_UPLOAD; role <= BLOB_ARTIFACT && status == TW_OK; role++)
+		if (contains >> role & 1)
+			status = add_blobs(call, json, members[role], resource->id, role, path, error);
 	return status;
+}
+
+static void print_href(const struct resource *resource, const json_t *shown, char href[KIND_HREF_SIZE])
+{
+	const char *parent = NULL;
+	if (resource_kind_is_nested(resource->kind))
+		parent = json_string_value(json_object_get(shown, resource_kind_row(resource->kind)->needs[0].member));
+	resource_kind_print_href(resource->kind, parent ? parent : "", resource->id, href);
 }
 
 enum tw_status resource_show(struct api_call *call, const struct resource *resource, bool with_contents, json_t **json,
 			     struct tw_error *error)
 {
-	char path[256];
+	char path[KIND_HREF_SIZE];
 	json_t *made = json_object();
 	json_object_set_new(made, "id", json_string(resource->id));
 	json_object_set_new(made, "name", json_string(resource->name));
@@ -147,12 +134,11 @@ enum tw_status resource_show(struct api_call *call, const struct resource *resou
 	json_object_set_new(made, "created_at", json_time(resource->created_ms));
 	enum tw_status status = add_origin(call, made, resource, error);
 	if (resource->options)
-		json_object_set_new(made, resource->kind == RESOURCE_LAYOUT ? "request" : "options",
-				    json_embed(resource->options));
+		json_object_set_new(made, resource_kind_row(resource->kind)->asked, json_embed(resource->options));
 	json_object_set_new(made, "summary", json_embed(resource->summary));
 	json_object_set_new(made, "problem", job_show_problem(&resource->job));
 	json_object_set_new(made, "job", job_show(&resource->job));
-	print_path(resource->kind, json_string_value(json_object_get(made, "mesh")), resource->id, path, sizeof path);
+	print_href(resource, made, path);
 	json_object_set_new(made, "href", json_string(path));
 	if (!status && with_contents)
 		status = add_contents(call, made, resource, path, error);

@@ -7,19 +7,6 @@
 #include <sodium.h>
 #include <string.h>
 
-static const struct {
-	bool addressed;
-	bool name_counts; /* the name shows in results: a motion's stands in the layout */
-} rules[RESOURCE_KINDS] = {
-	[RESOURCE_MESH] = {true, false},   [RESOURCE_MOTION] = {true, true},     [RESOURCE_FIELD] = {true, false},
-	[RESOURCE_LAYOUT] = {false, true}, [RESOURCE_RECORDING] = {false, true},
-};
-
-bool address_is_id(enum resource_kind kind)
-{
-	return rules[kind].addressed;
-}
-
 static void add_bytes(crypto_generichash_state *state, const void *bytes, size_t size)
 {
 	uint8_t length[8];
@@ -80,9 +67,10 @@ enum tw_status address_of_draft(struct store *store, const struct resource_draft
 {
 	enum tw_status status = TW_OK;
 	crypto_generichash_state state;
+	const struct resource_kind_row *kind = resource_kind_row(draft->kind);
 	crypto_generichash_init(&state, NULL, 0, BLOB_HASH_SIZE);
-	add_text(&state, resource_kind_name(draft->kind));
-	add_text(&state, rules[draft->kind].name_counts ? draft->name : "");
+	add_text(&state, kind->name);
+	add_text(&state, kind->name_counts ? draft->name : "");
 	add_text(&state, draft->options ? draft->options : "{}");
 	for (size_t i = 0; i < draft->need_count; i++)
 		add_text(&state, draft->needs[i]);

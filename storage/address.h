@@ -5,9 +5,6 @@
 #include "storage/blob.h"
 #include "storage/resource.h"
 
-/* Meshes, motions and fields are found again by their address; the others are new each time. */
-bool address_is_id(enum resource_kind kind);
-
 /* BLAKE2b-256 of kind, options, needs, uploads (part, file type, bytes' hash) and, where it shows in the result, name.
  * TW_ERROR_NOT_FOUND "no-such-upload", TW_ERROR_CONFLICT "upload-not-sealed" | "upload-used". */
 enum tw_status address_of_draft(struct store *store, const struct resource_draft *draft,

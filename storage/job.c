@@ -6,61 +6,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const resource_kind_names[RESOURCE_KINDS] = {"mesh", "motion", "field", "layout", "recording"};
-static const char *const job_kind_names[RESOURCE_KINDS] = {"import_mesh", "import_motion", "compute_field",
-							   "compute_layout", "record"};
 static const char *const job_state_names[JOB_STATES] = {"queued", "running", "succeeded", "failed", "cancelled"};
-
-static bool by_name(const char *const *names, int count, const char *name, int *index)
-{
-	for (int i = 0; i < count; i++)
-		if (!strcmp(names[i], name)) {
-			*index = i;
-			return true;
-		}
-	return false;
-}
-
-const char *resource_kind_name(enum resource_kind kind)
-{
-	return resource_kind_names[kind];
-}
-
-const char *job_kind_name(enum resource_kind kind)
-{
-	return job_kind_names[kind];
-}
 
 const char *job_state_name(enum job_state state)
 {
 	return job_state_names[state];
 }
 
-bool resource_kind_by_name(const char *name, enum resource_kind *kind)
-{
-	int index = 0;
-	bool found = by_name(resource_kind_names, RESOURCE_KINDS, name, &index);
-	if (found)
-		*kind = (enum resource_kind)index;
-	return found;
-}
-
-bool job_kind_by_name(const char *name, enum resource_kind *kind)
-{
-	int index = 0;
-	bool found = by_name(job_kind_names, RESOURCE_KINDS, name, &index);
-	if (found)
-		*kind = (enum resource_kind)index;
-	return found;
-}
-
 bool job_state_by_name(const char *name, enum job_state *state)
 {
-	int index = 0;
-	bool found = by_name(job_state_names, JOB_STATES, name, &index);
-	if (found)
-		*state = (enum job_state)index;
-	return found;
+	for (int i = 0; i < JOB_STATES; i++)
+		if (!strcmp(job_state_names[i], name)) {
+			*state = (enum job_state)i;
+			return true;
+		}
+	return false;
 }
 
 void job_clear(struct job *job)
@@ -84,8 +44,9 @@ static enum tw_status no_such_job(const char *id, struct tw_error *error)
 
 enum tw_status job_get(struct store *store, const char *id, struct job *job, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT " ROW_JOB_COLUMNS " FROM job j JOIN resource r ON r.number = j.resource"
-					" WHERE j.id = ?");
+	struct sql q =
+		sql_query(store, "SELECT " ROW_JOB_COLUMNS " FROM job j LEFT JOIN resource r ON r.number = j.resource"
+				 " WHERE j.id = ?");
 	sql_bind_text(&q, id);
 	bool found = sql_step(&q);
 	if (found)
@@ -118,7 +79,7 @@ enum tw_status job_list(struct store *store, const struct job_query *query, stru
 {
 	uint32_t limit = row_page_limit(query->limit);
 	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS
-					" FROM job j JOIN resource r ON r.number = j.resource WHERE j.number < ?1"
+					" FROM job j LEFT JOIN resource r ON r.number = j.resource WHERE j.number < ?1"
 					" AND (?2 = 0 OR ?2 >> j.kind & 1) AND (?3 = 0 OR ?3 >> j.state & 1)"
 					" ORDER BY j.number DESC LIMIT ?4");
 	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
@@ -144,7 +105,7 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 	}
 	limit = row_page_limit(limit);
 	struct sql q = sql_query(store, "SELECT j.change, " ROW_JOB_COLUMNS
-					" FROM job j JOIN resource r ON r.number = j.resource"
+					" FROM job j LEFT JOIN resource r ON r.number = j.resource"
 					" WHERE j.change > ? ORDER BY j.change LIMIT ?");
 	sql_bind_int(&q, since);
 	sql_bind_int(&q, limit);

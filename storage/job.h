@@ -1,4 +1,5 @@
-/* The queue. Every resource is made by exactly one job, and its state is that job's state.
+/* The queue. Every resource is made by exactly one job, and its state is that job's state; a job may also stand alone
+ * and make no resource.
  *
  *                     claim                  finish
  *   create ──► queued ──────► running ──────────────► succeeded
@@ -18,27 +19,11 @@
 #ifndef STORAGE_JOB_H
 #define STORAGE_JOB_H
 
-#include "storage/store.h"
-
-/* What is made; each by a job of its own kind. */
-enum resource_kind {
-	RESOURCE_MESH,      /* "mesh",      job "import_mesh" */
-	RESOURCE_MOTION,    /* "motion",    job "import_motion" */
-	RESOURCE_FIELD,     /* "field",     job "compute_field" */
-	RESOURCE_LAYOUT,    /* "layout",    job "compute_layout" */
-	RESOURCE_RECORDING, /* "recording", job "record" */
-	RESOURCE_KINDS
-};
-#define JOB_KIND_BIT(kind) (1u << (kind))
-#define JOB_KINDS_ALL ((1u << RESOURCE_KINDS) - 1)
+#include "storage/kind.h"
 
 enum job_state { JOB_QUEUED, JOB_RUNNING, JOB_SUCCEEDED, JOB_FAILED, JOB_CANCELLED, JOB_STATES };
 
-const char *resource_kind_name(enum resource_kind kind); /* "mesh" */
-const char *job_kind_name(enum resource_kind kind);      /* "import_mesh" */
-const char *job_state_name(enum job_state state);        /* "queued" */
-bool resource_kind_by_name(const char *name, enum resource_kind *kind);
-bool job_kind_by_name(const char *name, enum resource_kind *kind);
+const char *job_state_name(enum job_state state); /* "queued" */
 bool job_state_by_name(const char *name, enum job_state *state);
 
 static inline bool job_state_is_final(enum job_state state)
@@ -56,8 +41,8 @@ struct job_failure {
 
 struct job {
 	char id[STORE_ID_SIZE];
-	char resource_id[STORE_ID_SIZE];
-	enum resource_kind kind;
+	char resource_id[STORE_ID_SIZE]; /* "" where it makes no resource */
+	enum job_kind kind;
 	enum job_state state;
 	bool cancel_requested;
 	uint32_t waiting_for; /* resources that it needs and that have not succeeded yet */
@@ -127,10 +112,10 @@ struct job_ticket {
 	int64_t number;
 	int64_t fence;
 	int64_t lease_ms;
-	enum resource_kind kind;
+	enum job_kind kind;
 	uint32_t attempt; /* 1 for the first */
 	char job_id[STORE_ID_SIZE];
-	char resource_id[STORE_ID_SIZE];
+	char resource_id[STORE_ID_SIZE]; /* "" where it makes no resource */
 };
 
 /* Takes the most urgent job (highest priority, then oldest) of the kinds, for `lease_ms`. Leases that have run out are

@@ -109,7 +109,7 @@ static enum tw_status take_first(struct store *store, unsigned kinds, const char
 	if (*found) {
 		ticket->number = sql_int(&q);
 		ticket->fence = sql_int(&q);
-		ticket->kind = (enum resource_kind)sql_int(&q);
+		ticket->kind = (enum job_kind)sql_int(&q);
 		ticket->attempt = (uint32_t)sql_int(&q);
 		sql_copy_text(&q, ticket->job_id, sizeof ticket->job_id);
 		sql_copy_text(&q, ticket->resource_id, sizeof ticket->resource_id);

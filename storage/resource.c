@@ -195,7 +195,7 @@ static enum tw_status insert_job(struct store *store, int64_t resource, const st
 					" VALUES (?, ?, ?, ?, ?, ?)");
 	sql_bind_text(&q, id);
 	sql_bind_int(&q, resource);
-	sql_bind_int(&q, draft->kind);
+	sql_bind_int(&q, resource_kind_row(draft->kind)->job);
 	sql_bind_int(&q, draft->priority);
 	sql_bind_int(&q, draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT);
 	sql_bind_int(&q, store_now_ms(store));
@@ -292,7 +292,7 @@ static enum tw_status use_again(struct store *store, const char *id, const struc
 	if (sql_step(&q))
 		failed = sql_int(&q);
 	status = sql_end(&q, error);
-	if (status != TW_OK || !failed || !address_is_id(draft->kind))
+	if (status != TW_OK || !failed || !resource_kind_row(draft->kind)->addressed)
 		return status;
 	*outcome = RESOURCE_RETRIED;
 	return row_redrive(store, failed, error);
@@ -310,7 +310,7 @@ static enum tw_status create(struct store *store, const struct resource_draft *d
 		return status;
 	if (id[0]) {
 		found = true;
-	} else if (address_is_id(draft->kind)) {
+	} else if (resource_kind_row(draft->kind)->addressed) {
 		id_from_bytes(id, resource_kind_name(draft->kind), address);
 		status = exists(store, id, &found, error);
 	} else {

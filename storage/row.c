@@ -12,7 +12,7 @@ void row_read_job(struct sql *q, struct job *job)
 	memset(job, 0, sizeof *job);
 	sql_copy_text(q, job->id, sizeof job->id);
 	sql_copy_text(q, job->resource_id, sizeof job->resource_id);
-	job->kind = (enum resource_kind)sql_int(q);
+	job->kind = (enum job_kind)sql_int(q);
 	job->state = (enum job_state)sql_int(q);
 	job->cancel_requested = sql_int(q);
 	job->waiting_for = (uint32_t)sql_int(q);

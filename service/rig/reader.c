@@ -99,7 +99,7 @@ static enum tw_status claim(struct rig *rig, struct tw_error *error)
 	bool found = false;
 	struct recording *r = &rig->recording;
 	enum tw_status status =
-		job_claim(rig->store, JOB_KIND_BIT(RESOURCE_RECORDING), "rig", LEASE_MS, &r->ticket, &found, error);
+		job_claim(rig->store, JOB_KIND_BIT(JOB_RECORD), "rig", LEASE_MS, &r->ticket, &found, error);
 	if (status || !found)
 		return status;
 	struct tw_error failure;

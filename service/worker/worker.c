@@ -25,13 +25,13 @@ enum {
 };
 
 static const struct handler {
-	enum resource_kind kind;
+	enum job_kind kind;
 	enum tw_status (*run)(struct work *work, struct tw_error *error);
 } handlers[] = {
-	{RESOURCE_MESH, job_import_mesh},
-	{RESOURCE_MOTION, job_import_motion},
-	{RESOURCE_FIELD, job_compute_field},
-	{RESOURCE_LAYOUT, job_compute_layout},
+	{JOB_IMPORT_MESH, job_import_mesh},
+	{JOB_IMPORT_MOTION, job_import_motion},
+	{JOB_COMPUTE_FIELD, job_compute_field},
+	{JOB_COMPUTE_LAYOUT, job_compute_layout},
 };
 
 /* How many times the process was asked to stop. */
@@ -137,10 +137,10 @@ static void wait_for_work(struct worker *worker)
 
 /* --- one job ---------------------------------------------------------------------------------------------------- */
 
-static enum tw_status compute(struct worker *worker, struct work *work, struct tw_error *error)
+static enum tw_status compute(struct worker *worker, enum job_kind kind, struct work *work, struct tw_error *error)
 {
 	for (size_t i = 0; i < sizeof handlers / sizeof handlers[0]; i++)
-		if (handlers[i].kind == work->resource->kind)
+		if (handlers[i].kind == kind)
 			return handlers[i].run(work, error);
 	return tw_fail(error, TW_ERROR_UNSUPPORTED, "job-kind", NULL, "this worker (%s) cannot do such a job",
 		       worker->name);
@@ -196,10 +196,11 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	};
 	pulse_begin(worker->pulse, ticket);
 	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
+	if (status == TW_OK && ticket->resource_id[0])
+		status = resource_get(worker->store, job_kind_row(ticket->kind)->resource, ticket->resource_id,
+				      &resource, &failure);
 	if (status == TW_OK)
-		status = resource_get(worker->store, ticket->kind, ticket->resource_id, &resource, &failure);
-	if (status == TW_OK)
-		status = compute(worker, &work, &failure);
+		status = compute(worker, ticket->kind, &work, &failure);
 	end_job(worker, ticket, &work.result, status, &failure);
 	resource_clear(&resource);
 	arena_free(work.arena);

@@ -38,10 +38,10 @@ static void claim_takes_only_the_kinds_asked_for(void **state)
 	struct job_ticket ticket;
 	bool found;
 	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
-	ok(f, job_claim(f->store, JOB_KINDS_ALL & ~JOB_KIND_BIT(RESOURCE_RECORDING), "w", 5000, &ticket, &found,
+	ok(f, job_claim(f->store, JOB_KINDS_ALL & ~JOB_KIND_BIT(JOB_RECORD), "w", 5000, &ticket, &found,
 			&f->error));
 	assert_false(found);
-	ok(f, job_claim(f->store, JOB_KIND_BIT(RESOURCE_RECORDING), "rig", 5000, &ticket, &found, &f->error));
+	ok(f, job_claim(f->store, JOB_KIND_BIT(JOB_RECORD), "rig", 5000, &ticket, &found, &f->error));
 	assert_true(found);
 	assert_int_equal(ticket.kind, RESOURCE_RECORDING);
 }

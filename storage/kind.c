@@ -1,0 +1,154 @@
+#include "storage/kind.h"
+
+#include <assert.h>
+#include <stdio.h>
+#include <string.h>
+
+#define UPLOADS (1u << BLOB_UPLOAD)
+#define ARRAYS (1u << BLOB_ARRAY)
+#define ARTIFACTS (1u << BLOB_ARTIFACT)
+
+/* Computation versions; 1 is what 0.1.0 computed. */
+enum {
+	MESH_VERSION = 1,
+	MOTION_VERSION = 1, /* of the mean densities that an import leaves */
+	/* A field is computed from means of today's version, whatever the import left: so its version grows with
+	 * theirs. */
+	FIELD_VERSION = 0 + MOTION_VERSION,
+	LAYOUT_VERSION = 1,
+	RECORDING_VERSION = 1,
+};
+
+static const struct resource_kind_row resource_kinds[] = {
+	{
+		.kind = RESOURCE_MESH,
+		.name = "mesh",
+		.job = JOB_IMPORT_MESH,
+		.version = MESH_VERSION,
+		.addressed = true,
+		.href = "/v1/meshes/{id}",
+		.asked = "options",
+		.contains = UPLOADS | ARRAYS,
+	},
+	{
+		.kind = RESOURCE_MOTION,
+		.name = "motion",
+		.job = JOB_IMPORT_MOTION,
+		.version = MOTION_VERSION,
+		.addressed = true,
+		.name_counts = true,
+		.href = "/v1/meshes/{mesh}/motions/{id}",
+		.asked = "options",
+		.needs = {{RESOURCE_MESH, "mesh", false}},
+		.need_count = 1,
+		.contains = UPLOADS | ARRAYS,
+	},
+	{
+		.kind = RESOURCE_FIELD,
+		.name = "field",
+		.job = JOB_COMPUTE_FIELD,
+		.version = FIELD_VERSION,
+		.addressed = true,
+		.href = "/v1/fields/{id}",
+		.asked = "options",
+		.needs = {{RESOURCE_MESH, "mesh", false}, {RESOURCE_MOTION, "motions", true}},
+		.need_count = 2,
+		.contains = ARRAYS,
+	},
+	{
+		.kind = RESOURCE_LAYOUT,
+		.name = "layout",
+		.job = JOB_COMPUTE_LAYOUT,
+		.version = LAYOUT_VERSION,
+		.name_counts = true,
+		.href = "/v1/layouts/{id}",
+		.asked = "request",
+		.needs = {{RESOURCE_FIELD, "field", false}},
+		.need_count = 1,
+		.contains = ARTIFACTS,
+	},
+	{
+		.kind = RESOURCE_RECORDING,
+		.name = "recording",
+		.job = JOB_RECORD,
+		.version = RECORDING_VERSION,
+		.name_counts = true,
+		.href = "/v1/rig/recordings/{id}",
+		.asked = "options",
+	},
+};
+
+static const struct job_kind_row job_kinds[] = {
+	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH},      {JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION},
+	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD}, {JOB_COMPUTE_LAYOUT, "compute_layout", RESOURCE_LAYOUT},
+	{JOB_RECORD, "record", RESOURCE_RECORDING},
+};
+
+static_assert(sizeof resource_kinds / sizeof *resource_kinds == RESOURCE_KINDS, "a row for each kind of resource");
+static_assert(sizeof job_kinds / sizeof *job_kinds == JOB_KINDS, "a row for each kind of job");
+
+const struct resource_kind_row *resource_kind_row(enum resource_kind kind)
+{
+	assert(kind < RESOURCE_KINDS && resource_kinds[kind].kind == kind);
+	return &resource_kinds[kind];
+}
+
+const struct job_kind_row *job_kind_row(enum job_kind kind)
+{
+	assert(kind < JOB_KINDS && job_kinds[kind].kind == kind);
+	return &job_kinds[kind];
+}
+
+const char *resource_kind_name(enum resource_kind kind)
+{
+	return resource_kind_row(kind)->name;
+}
+
+const char *job_kind_name(enum job_kind kind)
+{
+	return job_kind_row(kind)->name;
+}
+
+bool resource_kind_by_name(const char *name, enum resource_kind *kind)
+{
+	for (int i = 0; i < RESOURCE_KINDS; i++)
+		if (!strcmp(resource_kinds[i].name, name)) {
+			*kind = resource_kinds[i].kind;
+			return true;
+		}
+	return false;
+}
+
+bool job_kind_by_name(const char *name, enum job_kind *kind)
+{
+	for (int i = 0; i < JOB_KINDS; i++)
+		if (!strcmp(job_kinds[i].name, name)) {
+			*kind = job_kinds[i].kind;
+			return true;
+		}
+	return false;
+}
+
+bool resource_kind_is_nested(enum resource_kind kind)
+{
+	return strncmp(strchr(resource_kind_row(kind)->href, '{'), "{id}", 4) != 0;
+}
+
+void resource_kind_print_href(enum resource_kind kind, const char *parent, const char *id, char href[KIND_HREF_SIZE])
+{
+	const char *from = resource_kind_row(kind)->href;
+	size_t used = 0;
+	href[0] = '\0';
+	while (*from && used < KIND_HREF_SIZE) {
+		size_t plain = strcspn(from, "{");
+		used += (size_t)snprintf(href + used, KIND_HREF_SIZE - used, "%.*s", (int)plain, from);
+		from += plain;
+		if (*from != '{' || used >= KIND_HREF_SIZE)
+			continue;
+		const char *value = strncmp(from, "{id}", 4) == 0 ? id : parent;
+		assert(value);
+		used += (size_t)snprintf(href + used, KIND_HREF_SIZE - used, "%s", value);
+		from = strchr(from, '}') + 1;
+	}
+	assert(used < KIND_HREF_SIZE);
+}
