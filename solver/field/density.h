@@ -12,6 +12,8 @@
 #define STRAIN_POISSON 0.33
 #define STRAIN_MU (STRAIN_YOUNG_MPA / (2 * (1 + STRAIN_POISSON)))
 #define STRAIN_LAMBDA (STRAIN_YOUNG_MPA * STRAIN_POISSON / ((1 + STRAIN_POISSON) * (1 - 2 * STRAIN_POISSON)))
+/* The modulus of a pull that may contract across itself as it likes. */
+#define STRAIN_UNIAXIAL (4 * STRAIN_MU * (STRAIN_MU + STRAIN_LAMBDA) / (2 * STRAIN_MU + STRAIN_LAMBDA))
 
 /* What all three densities of a face are made of. With C = F^T F: t = tr(C - I), r2 = the squared difference of the
  * eigenvalues of C. */
@@ -38,12 +40,14 @@ struct energies {
 };
 
 /* The principal strains are (t + r) / 4 and (t - r) / 4, so that |G|_F^2 = (t^2 + r^2) / 8 and |G|_2 = (|t| + r) / 4.
- * The tensile part is all of G, one principal strain, or nothing. */
+ * The smaller principal stress 2 mu (t - r) / 4 + lambda t / 2 pulls where (mu + lambda) t > mu r; elsewhere the cloth
+ * wrinkles, and `tension` keeps what a pull by the larger strain alone costs. */
 static inline __attribute__((always_inline)) struct energies densities(float t, float r2)
 {
 	const float stvk_t = (float)(STRAIN_MU / 8 + STRAIN_LAMBDA / 8), stvk_r = (float)(STRAIN_MU / 8);
 	const float printed_s = (float)(STRAIN_MU / 4), printed_t = (float)(STRAIN_LAMBDA / 4);
-	const float tension_h = (float)(STRAIN_MU / 16 + STRAIN_LAMBDA / 32);
+	const float pull_t = (float)(STRAIN_MU + STRAIN_LAMBDA), pull_r = (float)STRAIN_MU;
+	const float tension_h = (float)(STRAIN_UNIAXIAL / 32);
 	float r = sqrtf(r2);
 	float high = t + r > 0 ? t + r : 0;
 	float stvk = stvk_t * (t * t) + stvk_r * r2;
@@ -51,7 +55,7 @@ static inline __attribute__((always_inline)) struct energies densities(float t, 
 	return (struct energies){{
 		[STRAIN_STVK] = stvk,
 		[STRAIN_PRINTED] = printed > 0 ? printed : 0,
-		[STRAIN_TENSION] = t - r > 0 ? stvk : tension_h * (high * high),
+		[STRAIN_TENSION] = pull_t * t > pull_r * r ? stvk : tension_h * (high * high),
 	}};
 }
 

@@ -16,7 +16,8 @@ static const struct option rows[] = {
 	CHOICE("preset", preset, presets,
 	       "paper: energy printed and overhang ignore, where they are not set otherwise"),
 	CHOICE("energy", energy, models,
-	       "energy density: St. Venant-Kirchhoff, the paper's printed formula, or tensile strain alone"),
+	       "energy density: St. Venant-Kirchhoff, the paper's printed formula, or relaxed: cloth wrinkles, not "
+	       "compresses"),
 	CHOICE("reference", reference, references,
 	       "what counts as undeformed: flat pattern, worn rest pose, or a frame"),
 	{"reference_frame", OPTION_INTEGER, PLACE(reference_frame), NULL, 0, 0, TW_LIMIT_FRAMES - 1, NULL,

@@ -8,7 +8,7 @@
 enum strain_model {
 	STRAIN_STVK,    /* St. Venant-Kirchhoff: mu |G|_F^2 + lambda/2 tr(G)^2 */
 	STRAIN_PRINTED, /* as the paper prints it, clamped: max(0, mu |G|_2 + lambda/2 tr(G)) */
-	STRAIN_TENSION, /* STRAIN_STVK of the tensile part of G: cloth wrinkles rather than compresses */
+	STRAIN_TENSION, /* STRAIN_STVK relaxed: what is left when cloth that would be compressed wrinkles instead */
 	STRAIN_MODELS
 };
 
@@ -32,7 +32,7 @@ enum field_weighting {
 enum field_overhang {
 	FIELD_OVERHANG_CHARGE, /* the strip's own largest density plus eta */
 	FIELD_OVERHANG_IGNORE, /* nothing */
-	FIELD_OVERHANG_FORBID  /* ignored up to `overhang_share` of the strip; beyond it the edge is not in the graph */
+	FIELD_OVERHANG_FORBID  /* charged up to `overhang_share` of the strip; beyond it the edge is not in the graph */
 };
 
 struct field_options {

@@ -3,6 +3,7 @@
 
 #include "solver/field/clones.h"
 #include "solver/field/density.h"
+#include "solver/field/first_corner.h"
 
 #include <string.h>
 
@@ -37,10 +38,15 @@ static enum tw_status rest_init(struct strain_rest *rest, struct arena *arena, c
 	*rest = (struct strain_rest){
 		.face_count = garment->face_count,
 		.vertex_count = garment->vertex_count,
-		.corner = garment->face_vertex,
+		.corner = ARENA_ARRAY(arena, 3 * (size_t)garment->face_count, uint32_t),
 		.inverse = ARENA_ARRAY(arena, 3 * (size_t)garment->face_count, float),
 	};
-	return rest->inverse ? TW_OK : tw_fail_memory(error);
+	if (!rest->corner || !rest->inverse)
+		return tw_fail_memory(error);
+	for (uint32_t f = 0; f < rest->face_count; f++)
+		for (uint32_t k = 0, first = face_first_corner(garment, f); k < 3; k++)
+			rest->corner[3 * (size_t)f + k] = garment->face_vertex[3 * (size_t)f + (first + k) % 3];
+	return TW_OK;
 }
 
 enum tw_status strain_rest_from_pattern(struct strain_rest *rest, struct arena *arena, const struct garment *garment,
@@ -48,7 +54,8 @@ enum tw_status strain_rest_from_pattern(struct strain_rest *rest, struct arena *
 {
 	enum tw_status status = rest_init(rest, arena, garment, error);
 	for (uint32_t f = 0; !status && f < rest->face_count; f++) {
-		const uint32_t *c = garment->face_coord + 3 * (size_t)f;
+		const uint32_t *coord = garment->face_coord + 3 * (size_t)f, first = face_first_corner(garment, f);
+		const uint32_t c[3] = {coord[first], coord[(first + 1) % 3], coord[(first + 2) % 3]};
 		const double *u = garment->pattern;
 		struct sides sides = {{0}, {0}};
 		for (size_t d = 0; d < 2; d++) {
@@ -65,7 +72,7 @@ enum tw_status strain_rest_from_worn(struct strain_rest *rest, struct arena *are
 {
 	enum tw_status status = rest_init(rest, arena, garment, error);
 	for (uint32_t f = 0; !status && f < rest->face_count; f++) {
-		const uint32_t *c = garment->face_vertex + 3 * (size_t)f;
+		const uint32_t *c = rest->corner + 3 * (size_t)f;
 		const double *x = garment->position;
 		struct sides sides;
 		for (size_t d = 0; d < 3; d++) {
@@ -82,7 +89,7 @@ enum tw_status strain_rest_from_frame(struct strain_rest *rest, struct arena *ar
 {
 	enum tw_status status = rest_init(rest, arena, garment, error);
 	for (uint32_t f = 0; !status && f < rest->face_count; f++) {
-		const uint32_t *c = garment->face_vertex + 3 * (size_t)f;
+		const uint32_t *c = rest->corner + 3 * (size_t)f;
 		struct sides sides;
 		for (size_t d = 0; d < 3; d++) {
 			double origin = position[3 * (size_t)c[0] + d];

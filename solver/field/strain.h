@@ -16,12 +16,12 @@
 struct strain_rest {
 	uint32_t face_count;
 	uint32_t vertex_count;
-	const uint32_t *corner; /* [face_count][3] vertex of each corner; borrowed from the garment */
-	float *inverse;         /* [face_count][3] Dm^-1 with the first side as first axis: (1,1), (1,2), (2,2); 1/mm */
+	uint32_t *corner; /* [face_count][3] vertices, from face_first_corner's on */
+	float *inverse;   /* [face_count][3] Dm^-1 with the first side as first axis: (1,1), (1,2), (2,2); 1/mm */
 };
 
 /* From the flat pattern (the default), from the worn rest pose, or from a frame: `position` is [vertex_count][3] mm.
- * TW_ERROR_INPUT names a face without area; TW_ERROR_MEMORY. The garment must live as long as the rest shape. */
+ * TW_ERROR_INPUT names a face without area; TW_ERROR_MEMORY. Nothing of the garment is kept. */
 enum tw_status strain_rest_from_pattern(struct strain_rest *rest, struct arena *arena, const struct garment *garment,
 					struct tw_error *error) TW_NODISCARD;
 enum tw_status strain_rest_from_worn(struct strain_rest *rest, struct arena *arena, const struct garment *garment,
