@@ -122,21 +122,28 @@ static enum tw_status check_costs(const double *cost, uint32_t count, struct tw_
 	return TW_OK;
 }
 
-/* The largest power of two that keeps the total in bounds, but no more than the smallest cost asks for. */
+/* The largest power of two that keeps the total in bounds, but no more than the smallest cost asks for. The total is
+ * summed in integers, rounded up, so that it does not depend on the order of the edges. */
 static double choose_scale(const double *cost, uint32_t count, int weight)
 {
-	double smallest = INFINITY, total = 0;
+	double smallest = INFINITY, largest = 0;
 	for (uint32_t e = 0; e < count; e++) {
 		if (cost[e] > 0 && cost[e] < smallest)
 			smallest = cost[e];
-		total += isinf(cost[e]) ? 0 : cost[e];
+		if (cost[e] > largest && !isinf(cost[e]))
+			largest = cost[e];
 	}
-	if (weight == FIELD_UNIT || total == 0)
+	if (weight == FIELD_UNIT || largest == 0)
 		return 1;
-	int smallest_exponent, total_exponent;
+	int smallest_exponent, largest_exponent, total_exponent;
 	frexp(smallest, &smallest_exponent);
-	frexp(total, &total_exponent);
-	int wanted = SMALLEST_BITS + 1 - smallest_exponent, allowed = TOTAL_BITS - 1 - total_exponent;
+	frexp(largest, &largest_exponent);
+	const int unit_exponent = largest_exponent - 31; /* below 2^31 units each, and below 2^32 edges */
+	uint64_t total = 0;
+	for (uint32_t e = 0; e < count; e++)
+		total += isinf(cost[e]) ? 0 : (uint64_t)ldexp(cost[e], -unit_exponent) + 1;
+	frexp((double)total, &total_exponent);
+	int wanted = SMALLEST_BITS + 1 - smallest_exponent, allowed = TOTAL_BITS - 1 - total_exponent - unit_exponent;
 	return ldexp(1, wanted < allowed ? wanted : allowed);
 }
 

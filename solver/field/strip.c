@@ -8,6 +8,7 @@
 
 #include "solver/field/clip.h"
 #include "solver/field/clones.h"
+#include "solver/field/first_corner.h"
 
 #include <assert.h>
 #include <math.h>
@@ -19,14 +20,16 @@
 #define LARGEST_AREA_MM2 1e12  /* a square kilometre; what is larger is no strip */
 #define NEGLIGIBLE_PART 1e-9   /* of a side: a strip that meets less does not cross it, so that rounding opens no way */
 
-enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4 };
+enum link { LINK_SIDE = 3, LINK_SEAM = 4, LINK_BITS = 4, LINK_FIRST = 3 * LINK_BITS };
 enum { ALL_SIDES = 7 }; /* a bit each */
 
-/* Exactly a cache line. */
+/* Exactly a cache line. The corners begin with face_first_corner's, whatever corner the file begins with, so that
+ * strips are the same to the last bit; what a side is called here is the file's less that corner. */
 struct strip_face {
 	double uv[6];     /* pattern position of the corners, mm: the three u, then the three v */
 	uint32_t next[3]; /* the face across each side; at a hem face_count, which counts as entered always */
-	uint32_t link;    /* LINK_BITS for each side: the neighbour's side, and whether a seam is between */
+	uint32_t link;    /* LINK_BITS for each side: the neighbour's side, and whether a seam is between; behind them
+			     the file's number of the first corner */
 };
 
 struct placement {
@@ -58,6 +61,12 @@ struct shape {
 	uint32_t open_sides; /* of the first face, a bit each: half a strip does not cross the seam it lies along */
 };
 
+/* A side of the garment's face as it is numbered here. */
+static uint32_t own_side(const struct strip_face *face, uint32_t side)
+{
+	return (side + 3 - (face->link >> LINK_FIRST)) % 3;
+}
+
 static void link_side(struct strip_face *face, uint32_t side, uint32_t next, uint32_t next_side, bool seam)
 {
 	face->next[side] = next;
@@ -73,19 +82,22 @@ enum tw_status strip_fabric_build(struct strip_fabric *fabric, struct arena *are
 		return tw_fail_memory(error);
 	*fabric = (struct strip_fabric){garment, topology, value, face};
 	for (size_t f = 0; f < garment->face_count; f++) {
-		face[f] = (struct strip_face){.next = {garment->face_count, garment->face_count, garment->face_count}};
+		uint32_t first = face_first_corner(garment, (uint32_t)f);
+		face[f] = (struct strip_face){.next = {garment->face_count, garment->face_count, garment->face_count},
+					      .link = first << LINK_FIRST};
 		for (size_t k = 0; k < 3; k++) {
-			const double *at = garment->pattern + 2 * (size_t)garment->face_coord[3 * f + k];
+			const double *at = garment->pattern + 2 * (size_t)garment->face_coord[3 * f + (first + k) % 3];
 			face[f].uv[k] = at[0];
 			face[f].uv[3 + k] = at[1];
 		}
 	}
 	for (size_t e = 0; e < topology->edge_count; e++) {
 		uint32_t f = topology->edge_face[2 * e], g = topology->edge_face[2 * e + 1];
-		uint32_t side_f = topology->edge_side[2 * e], side_g = topology->edge_side[2 * e + 1];
 		bool seam = topology->edge_kind[e] == EDGE_SEAM;
 		if (g == GARMENT_NONE)
 			continue;
+		uint32_t side_f = own_side(&face[f], topology->edge_side[2 * e]);
+		uint32_t side_g = own_side(&face[g], topology->edge_side[2 * e + 1]);
 		link_side(&face[f], side_f, g, side_g, seam);
 		link_side(&face[g], side_g, f, side_f, seam);
 	}
@@ -277,6 +289,18 @@ static void walk(struct strip_walker *walker, const struct shape *shape, uint32_
 		if (walker->entered[crossing.face] != walker->turn)
 			flood_shape(walker, shape, &crossing, ALL_SIDES, strip);
 	}
+	/* What meets no cloth, or hardly any, is priced like the cloth that is nearest. */
+	if (strip->covered_mm2 <= NEGLIGIBLE_SHARE * strip->area_mm2)
+		strip->largest = walker->fabric->value[face];
+}
+
+/* Beside a bent seam unfolded pieces overlap: no strip holds more cloth than its own area. */
+static void count_once(struct strip *strip)
+{
+	if (strip->covered_mm2 <= strip->area_mm2)
+		return;
+	strip->cost *= strip->area_mm2 / strip->covered_mm2;
+	strip->covered_mm2 = strip->area_mm2;
 }
 
 void strip_polygon(struct strip_walker *walker, uint32_t face, const double *corner, uint32_t corner_count,
@@ -301,6 +325,7 @@ void strip_polygon(struct strip_walker *walker, uint32_t face, const double *cor
 		for (uint32_t d = 0; d < 2; d++)
 			shape.middle[d] += corner[2 * i + d] / corner_count;
 	walk(walker, &shape, face, (struct placement){1, 0, 0, 0}, strip);
+	count_once(strip);
 }
 
 /* The plane whose origin is a and whose first axis points to b. */
@@ -335,28 +360,36 @@ void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2]
 	if (area > SMALLEST_AREA_MM2 && area < LARGEST_AREA_MM2)
 		walk_box(walker, face, &(struct side){{a[0], a[1]}, {b[0], b[1]}}, -0.5 * width_mm, 0.5 * width_mm,
 			 ALL_SIDES, strip);
+	count_once(strip);
+}
+
+static bool runs_upwards(const struct side *side)
+{
+	return side->a[0] < side->b[0] || (side->a[0] == side->b[0] && side->a[1] < side->b[1]);
 }
 
 void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip)
 {
 	const struct topology *topology = walker->fabric->topology;
 	const uint32_t *face = topology->edge_face + 2 * (size_t)edge;
-	const uint8_t *side = topology->edge_side + 2 * (size_t)edge;
-	double half = 0.5 * width_mm;
-	struct side midline = face_side(&walker->fabric->face[face[0]], side[0]);
-	if (topology->edge_kind[edge] == EDGE_INNER) {
-		walk_box(walker, face[0], &midline, -half, half, ALL_SIDES, strip);
-		return;
+	const bool inner = topology->edge_kind[edge] == EDGE_INNER;
+	const double half = 0.5 * width_mm;
+	struct strip part[2] = {0};
+	for (uint32_t i = 0; i < 2 && face[i] != GARMENT_NONE; i++) {
+		const struct strip_face *at = &walker->fabric->face[face[i]];
+		uint32_t side = own_side(at, topology->edge_side[2 * (size_t)edge + i]);
+		struct side midline = face_side(at, side);
+		/* An inner edge has one strip, laid from the face along which it runs upwards: not from the first. */
+		if (inner && !runs_upwards(&midline))
+			continue;
+		uint32_t open_sides = inner ? ALL_SIDES : ALL_SIDES & ~(1u << side);
+		walk_box(walker, face[i], &midline, inner ? -half : 0, half, open_sides, &part[i]);
 	}
-	walk_box(walker, face[0], &midline, 0, half, ALL_SIDES & ~(1u << side[0]), strip);
-	if (topology->edge_kind[edge] == EDGE_HEM) {
+	*strip = part[0];
+	strip_add(strip, &part[1]);
+	if (topology->edge_kind[edge] == EDGE_HEM)
 		strip->area_mm2 *= 2;
-		return;
-	}
-	struct strip other;
-	midline = face_side(&walker->fabric->face[face[1]], side[1]);
-	walk_box(walker, face[1], &midline, 0, half, ALL_SIDES & ~(1u << side[1]), &other);
-	strip_add(strip, &other);
+	count_once(strip);
 }
 
 void strip_add(struct strip *sum, const struct strip *part)
@@ -371,7 +404,7 @@ void strip_add(struct strip *sum, const struct strip *part)
 double strip_cost(const struct strip *strip, int overhang)
 {
 	double missing = strip->area_mm2 - strip->covered_mm2;
-	double charge = overhang == FIELD_OVERHANG_CHARGE && missing > 0 ? missing * strip->largest : 0;
+	double charge = overhang != FIELD_OVERHANG_IGNORE && missing > 0 ? missing * strip->largest : 0;
 	/* Areas that are 0 but for rounding may add up to less than nothing. */
 	return strip->cost + charge < 0 ? 0 : strip->cost + charge;
 }

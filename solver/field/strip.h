@@ -3,9 +3,9 @@
  * The polygon is given in the pattern plane of a face. Faces are taken by walking outwards from it across every edge
  * that meets the polygon. Within a piece that is the flat pattern itself. At a seam the neighbour is laid against the
  * seam edge by the rigid motion that maps midpoint and direction of its side onto ours; lengths stay as they are, so
- * ease is neither stretched nor gathered. The nearest seam crossing is taken first, and a face is entered at most once,
- * so the result does not depend on how faces are numbered, but for rounding. Fabric beyond a hem is missing; where a
- * seam bends, the two sides overlap or gape a little, as the cloth does.
+ * ease is neither stretched nor gathered. The nearest seam crossing is taken first, and a face is entered at most once.
+ * Fabric beyond a hem is missing. Where a seam bends, the unfolded pieces overlap or gape: what adds up to more than
+ * the strip's area is scaled down to it. The result is the same to the last bit however faces and corners are numbered.
  *
  * Source: method 3; clipping after Sutherland and Hodgman, Reentrant polygon clipping, CACM 17 (1974). */
 #ifndef SOLVER_FIELD_STRIP_H
@@ -26,8 +26,9 @@ struct strip_fabric {
 struct strip {
 	double cost;         /* MPa mm2 */
 	double area_mm2;     /* of the polygon */
-	double covered_mm2;  /* what fabric covers; more than area_mm2 where pieces overlap beside a bent seam */
-	double largest;      /* largest value of a face that covers more than 1e-6 of the polygon, MPa */
+	double covered_mm2;  /* what fabric covers; at most area_mm2, but for rounding */
+	double largest;      /* largest value of a face that covers more than 1e-6 of the polygon, MPa; where all faces
+				together cover less, that of the face that the strip was laid from */
 	uint32_t face_count; /* faces entered */
 };
 
@@ -59,7 +60,7 @@ void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, str
 /* The sum of two accounts, of the parts of a curve, say. */
 void strip_add(struct strip *sum, const struct strip *part);
 
-/* Cost with what is missing charged (FIELD_OVERHANG_CHARGE) or not, MPa mm2. */
+/* Cost with what is missing charged at the largest value, or not (FIELD_OVERHANG_IGNORE), MPa mm2. */
 double strip_cost(const struct strip *strip, int overhang);
 
 /* Share of the strip that fabric covers, 0…1. */

@@ -179,7 +179,7 @@ static void measure_wire(const struct metrics_input *input, const struct wire *w
 			struct strip strip = {0};
 			strip_of_part(input, span, (double)i / parts, (double)(i + 1) / parts, &strip);
 			double cost = strip_cost(&strip, options->overhang);
-			bool charged = options->overhang == FIELD_OVERHANG_CHARGE && strip.area_mm2 > strip.covered_mm2;
+			bool charged = options->overhang != FIELD_OVERHANG_IGNORE && strip.area_mm2 > strip.covered_mm2;
 			branch->energy += cost;
 			branch->energy_without_eta +=
 				cost - options->eta_mpa * (charged ? strip.area_mm2 : strip.covered_mm2);

@@ -115,6 +115,7 @@ struct geos_walk {
 	uint8_t *entered; /* [face_count] all 0 between strips */
 	struct geos_place crossing[GEOS_PLACES], laid[GEOS_PLACES];
 	size_t crossings, laids;
+	int doubled; /* the last strip's areas added up to more than its own */
 };
 
 static inline const double *geos_pattern(const struct geos_walk *walk, uint32_t face, unsigned corner)
@@ -235,6 +236,11 @@ static inline struct geos_strip walked_strip(struct geos_walk *walk, uint32_t ed
 		strip.covered_mm2 += other.covered_mm2;
 		strip.area_mm2 += other.area_mm2;
 		strip.largest = fmax(strip.largest, other.largest);
+	}
+	walk->doubled = strip.covered_mm2 > strip.area_mm2 * (1 + 1e-9);
+	if (strip.covered_mm2 > strip.area_mm2) {
+		strip.cost *= strip.area_mm2 / strip.covered_mm2;
+		strip.covered_mm2 = strip.area_mm2;
 	}
 	return strip;
 }

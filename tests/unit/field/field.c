@@ -160,11 +160,16 @@ static void a_field_of_motions_takes_the_worst_of_each_face(void **state)
 	arena_free(s.arena);
 }
 
-static void forbidden_overhang_removes_hem_edges(void **state)
+/* Beyond its share an edge goes; below it weighs what it does under `charge`. */
+static void forbidden_overhang_removes_hem_edges_and_favours_none(void **state)
 {
 	(void)state;
 	struct setting s;
+	struct field charged;
 	setting_open(&s);
+	weigh(&s, NULL);
+	charged = s.field;
+	uint32_t partly = 0;
 	s.options.overhang = FIELD_OVERHANG_FORBID;
 	weigh(&s, NULL);
 	for (uint32_t e = 0; e < s.field.edge_count; e++) {
@@ -172,7 +177,13 @@ static void forbidden_overhang_removes_hem_edges(void **state)
 		assert_int_equal(removed, 1 - s.field.coverage[e] > 0.25f);
 		if (s.topology.edge_kind[e] == EDGE_HEM)
 			assert_true(removed);
+		if (!removed)
+			assert_true(fabs((double)s.field.weight[e] / s.field.scale -
+					 (double)charged.weight[e] / charged.scale) <=
+				    1e-6 * (double)charged.weight[e] / charged.scale);
+		partly += !removed && s.field.coverage[e] < 0.99f;
 	}
+	assert_true(partly > 5);
 	arena_free(s.arena);
 }
 
@@ -390,7 +401,7 @@ int main(void)
 		cmocka_unit_test(no_energy_and_no_eta_weigh_nothing),
 		cmocka_unit_test(threads_do_not_show),
 		cmocka_unit_test(a_field_of_motions_takes_the_worst_of_each_face),
-		cmocka_unit_test(forbidden_overhang_removes_hem_edges),
+		cmocka_unit_test(forbidden_overhang_removes_hem_edges_and_favours_none),
 		cmocka_unit_test(baselines_count_edges_or_their_length),
 		cmocka_unit_test(faces_in_random_order_have_the_weights_of_their_strips_to_the_last_bit),
 		cmocka_unit_test(keep_outs_multipliers_free_edges_and_seams_change_what_they_say),
