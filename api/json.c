@@ -1,5 +1,6 @@
 #include "api/json.h"
 
+#include "solver/names.h"
 #include "solver/option.h"
 
 #include <string.h>
@@ -57,8 +58,8 @@ enum tw_status json_check_members(const json_t *object, const char *pointer, con
 		char where[128];
 		option_pointer(where, sizeof where, pointer, name);
 		if (!*k)
-			return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
-				       "there is no field of this name here; leave it out");
+			return names_refuse(&(struct names){known, names_of(known).count}, "member", name,
+					    "json-unknown-field", where, error);
 	}
 	return TW_OK;
 }

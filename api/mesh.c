@@ -4,6 +4,7 @@
 #include "api/resource.h"
 #include "solver/garment/options.h"
 #include "solver/motion/options.h"
+#include "solver/names.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +20,17 @@ static bool is_part(const struct api_call *call, const char *name)
 	return *part;
 }
 
+static enum tw_status refuse_parameter(const struct api_call *call, const struct option_table *table, const char *name,
+				       struct tw_error *error)
+{
+	const char *names[OPTION_NAMES_MAX] = {"name"};
+	size_t count = 1;
+	for (const char *const *part = call->match.route->parts; *part; part++)
+		names[count++] = *part;
+	option_add_names(table, names, &count);
+	return names_refuse(&(struct names){names, count}, "query parameter", name, "unknown-parameter", name, error);
+}
+
 /* Every query parameter but `name` and the parts is an option of the table; `values` is the struct that it describes.
  */
 static enum tw_status parse_options(const struct api_call *call, const struct option_table *table, void *values,
@@ -29,10 +41,9 @@ static enum tw_status parse_options(const struct api_call *call, const struct op
 		const struct query_pair *pair = &call->query.pairs[i];
 		if (!strcmp(pair->name, "name") || is_part(call, pair->name))
 			continue;
+		if (!option_is_known(table, pair->name))
+			return refuse_parameter(call, table, pair->name, error);
 		enum tw_status status = option_from_text(table, values, pair->name, pair->value, error);
-		if (status == TW_ERROR_NOT_FOUND)
-			return tw_fail(error, TW_ERROR_INPUT, "unknown-parameter", pair->name,
-				       "there is no import option of this name; see /openapi.yaml");
 		if (status)
 			return status;
 	}

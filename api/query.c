@@ -1,6 +1,7 @@
 #include "api/query.h"
 
 #include "api/json.h"
+#include "solver/names.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -112,13 +113,14 @@ enum tw_status query_integer(const struct query *query, const char *name, int64_
 
 enum tw_status query_only(const struct query *query, const char *const *known, struct tw_error *error)
 {
+	const struct names names = names_of(known);
 	for (size_t i = 0; i < query->pair_count; i++) {
-		const char *const *k = known;
-		while (k && *k && strcmp(*k, query->pairs[i].name) != 0)
+		const char *name = query->pairs[i].name;
+		size_t k = 0;
+		while (k < names.count && strcmp(names.list[k], name) != 0)
 			k++;
-		if (!k || !*k)
-			return tw_fail(error, TW_ERROR_INPUT, "unknown-parameter", query->pairs[i].name,
-				       "there is no query parameter of this name here; leave it out");
+		if (k == names.count)
+			return names_refuse(&names, "query parameter", name, "unknown-parameter", name, error);
 	}
 	return TW_OK;
 }

@@ -2,6 +2,7 @@
 
 #include "api/header.h"
 #include "api/json.h"
+#include "solver/names.h"
 
 #include <string.h>
 
@@ -35,9 +36,10 @@ static enum tw_status begin_part(void *context, const struct multipart_part *par
 	const char *const *known = body->parts;
 	while (*known && strcmp(*known, part->name) != 0)
 		known++;
-	if (!*known)
-		return tw_fail(error, TW_ERROR_INPUT, "unknown-part", part->name,
-			       "there is no part of this name here; see /openapi.yaml");
+	if (!*known) {
+		const struct names names = names_of(body->parts);
+		return names_refuse(&names, "part", part->name, "unknown-part", part->name, error);
+	}
 	for (size_t i = 0; i < body->count; i++)
 		if (!strcmp(body->names[i], part->name))
 			return tw_fail(error, TW_ERROR_INPUT, "part-twice", part->name,

@@ -3,6 +3,7 @@
  * how far it came and goes on from there. */
 #include "api/handlers.h"
 #include "api/json.h"
+#include "solver/names.h"
 
 #include <string.h>
 
@@ -28,12 +29,15 @@ static enum tw_status respond_upload(struct api_call *call, const char *id, unsi
 	return response_json(&call->response, status, json, error);
 }
 
-static bool is_known_part(const char *part)
+/* What an upload can become: the parts of a mesh, and a motion. */
+static enum tw_status check_part(const char *part, struct tw_error *error)
 {
-	for (const char *const *known = mesh_parts; *known; known++)
-		if (!strcmp(*known, part))
-			return true;
-	return !strcmp(motion_parts[0], part);
+	const char *names[] = {mesh_parts[0], mesh_parts[1], motion_parts[0]};
+	const struct names parts = {names, sizeof names / sizeof *names};
+	for (size_t i = 0; part && i < parts.count; i++)
+		if (!strcmp(parts.list[i], part))
+			return TW_OK;
+	return names_refuse(&parts, "part", part ? part : "", "unknown-part", "part", error);
 }
 
 enum tw_status post_upload(struct api_call *call, struct tw_error *error)
@@ -45,9 +49,9 @@ enum tw_status post_upload(struct api_call *call, struct tw_error *error)
 	enum tw_status status = query_only(&call->query, known, error);
 	if (status)
 		return status;
-	if (!part || !is_known_part(part))
-		return tw_fail(error, TW_ERROR_INPUT, "unknown-part", "part",
-			       "say what it will be: worn, pattern or motion");
+	status = check_part(part, error);
+	if (status != TW_OK)
+		return status;
 	status = upload_begin(&upload, call->store, part, query_get(&call->query, "name"), "application/octet-stream",
 			      call->settings->upload_limit_bytes, error);
 	if (!status)

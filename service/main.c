@@ -1,6 +1,7 @@
 /* tightwire: the table of subcommands, from which the usage text is printed too. */
 #include "service/command/command.h"
 
+#include "solver/names.h"
 #include "tightwire.h"
 
 #include <stdio.h>
@@ -30,6 +31,18 @@ static void print_usage(FILE *out)
 	fprintf(out, "\n`tightwire COMMAND --help` explains each. Exit codes: 0 done, 1 failed, 2 usage.\n");
 }
 
+static int refuse_command(const char *given)
+{
+	const char *names[sizeof commands / sizeof *commands];
+	size_t count = 0;
+	struct tw_error error = {0};
+	for (const struct command *c = commands; c->name; c++)
+		names[count++] = c->name;
+	(void)names_refuse(&(struct names){names, count}, "command", given, "usage", NULL, &error);
+	fprintf(stderr, "tightwire: %s\n", error.text);
+	return COMMAND_USAGE;
+}
+
 int main(int argc, char **argv)
 {
 	if (argc < 2) {
@@ -47,6 +60,5 @@ int main(int argc, char **argv)
 	for (const struct command *c = commands; c->name; c++)
 		if (!strcmp(c->name, argv[1]))
 			return c->run(argc - 1, argv + 1);
-	fprintf(stderr, "tightwire: no command \"%s\"; see tightwire --help\n", argv[1]);
-	return COMMAND_USAGE;
+	return refuse_command(argv[1]);
 }

@@ -1,5 +1,8 @@
 #include "solver/option.h"
 
+#include "solver/names.h"
+
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -148,12 +151,39 @@ static enum tw_status parse_text(const struct option *option, void *values, cons
 	return store_number(option, values, value, where, error);
 }
 
+bool option_is_known(const struct option_table *table, const char *name)
+{
+	return find(table, name, strlen(name)) != NULL;
+}
+
+void option_add_names(const struct option_table *table, const char *names[OPTION_NAMES_MAX], size_t *count)
+{
+	for (size_t i = 0; i < table->count; i++) {
+		assert(*count < OPTION_NAMES_MAX);
+		names[(*count)++] = table->rows[i].name;
+	}
+}
+
+/* `others`: what may stand beside the options; NULL-terminated, may be NULL. */
+static enum tw_status refuse(const struct option_table *table, const char *const *others, const char *what,
+			     const char *given, const char *type, const char *where, struct tw_error *error)
+{
+	const char *names[OPTION_NAMES_MAX];
+	size_t count = 0;
+	for (; others && *others; others++) {
+		assert(count < OPTION_NAMES_MAX);
+		names[count++] = *others;
+	}
+	option_add_names(table, names, &count);
+	return names_refuse(&(struct names){names, count}, what, given, type, where, error);
+}
+
 enum tw_status option_from_text(const struct option_table *table, void *values, const char *name, const char *text,
 				struct tw_error *error)
 {
 	const struct option *option = find(table, name, strlen(name));
 	if (!option)
-		return tw_fail(error, TW_ERROR_NOT_FOUND, "option-unknown", name, "there is no option \"%s\"", name);
+		return refuse(table, NULL, "option", name, "option-unknown", name, error);
 	return parse_text(option, values, text, name, error);
 }
 
@@ -231,8 +261,8 @@ enum tw_status option_from_json(const struct option_table *table, void *values, 
 		if (!option && among(others, key))
 			continue;
 		if (!option)
-			return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
-				       "\"%.64s\" is not a field here", key);
+			return refuse(table, others, others ? "member" : "option", key, "json-unknown-field", where,
+				      error);
 		enum tw_status status = parse_json(option, values, value, where, error);
 		if (status)
 			return status;

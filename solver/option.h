@@ -36,8 +36,15 @@ struct option_table {
 /* Sets every option of the struct at `values` to its default. */
 void option_defaults(const struct option_table *table, void *values);
 
-/* Sets the option `name` (with _ or -) from text. TW_ERROR_NOT_FOUND when the table has no such option,
- * TW_ERROR_INPUT when the text does not fit; error->where is the flag. */
+/* Whether the table has the option `name` (with _ or -). */
+bool option_is_known(const struct option_table *table, const char *name);
+
+/* Adds the options' names, borrowed, behind the *count that are there. `names` has room for OPTION_NAMES_MAX. */
+#define OPTION_NAMES_MAX 128
+void option_add_names(const struct option_table *table, const char *names[OPTION_NAMES_MAX], size_t *count);
+
+/* Sets the option `name` (with _ or -) from text. TW_ERROR_INPUT "option-unknown" when the table has no such option,
+ * "option-value" when the text does not fit; error->where is the name. */
 enum tw_status option_from_text(const struct option_table *table, void *values, const char *name, const char *text,
 				struct tw_error *error) TW_NODISCARD;
 

@@ -1,6 +1,8 @@
 #include "solver/option_json.h"
 
+#include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 /* Nesting is counted on the raw bytes: a parser that recurses must not meet more than it can bear. */
 static enum tw_status check_depth(const char *bytes, size_t size, struct tw_error *error)
@@ -40,12 +42,52 @@ static enum tw_status load(json_t **root, const char *bytes, size_t size, struct
 	return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "not valid JSON: %s", trouble.text);
 }
 
+static json_t *whole_of(const json_t *value)
+{
+	double number = json_real_value(value);
+	bool is_whole = json_is_real(value) && number == trunc(number) && fabs(number) <= 0x1p53;
+	return is_whole ? json_integer((json_int_t)number) : NULL;
+}
+
+/* 5.0 and 5e0 are the integer 5: JSON has one kind of number (RFC 8259, 6), and some languages write no other. */
+static void make_whole(json_t *value)
+{
+	const char *name;
+	json_t *item, *whole;
+	size_t i;
+	void *next;
+	json_object_foreach_safe(value, next, name, item)
+	{
+		make_whole(item);
+		whole = whole_of(item);
+		if (whole && json_object_set_new(value, name, whole))
+			return;
+	}
+	json_array_foreach(value, i, item)
+	{
+		make_whole(item);
+		whole = whole_of(item);
+		if (whole && json_array_set_new(value, i, whole))
+			return;
+	}
+}
+
+/* Some editors put a byte order mark before UTF-8; a reader may ignore it (RFC 8259, 8.1). */
+static void skip_mark(const char **bytes, size_t *size)
+{
+	if (*size < 3 || memcmp(*bytes, "\xEF\xBB\xBF", 3) != 0)
+		return;
+	*bytes += 3;
+	*size -= 3;
+}
+
 enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size, struct tw_error *error)
 {
 	*object = NULL;
 	if (size > TW_LIMIT_JSON_BYTES)
 		return tw_fail(error, TW_ERROR_LIMIT, "json-too-large", NULL, "the JSON has %zu bytes, more than %u",
 			       size, TW_LIMIT_JSON_BYTES);
+	skip_mark(&bytes, &size);
 	if (size == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", NULL, "the JSON is empty; send an object");
 	enum tw_status status = check_depth(bytes, size, error);
@@ -56,5 +98,7 @@ enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size
 		*object = NULL;
 		status = tw_fail(error, TW_ERROR_INPUT, "json-type", NULL, "the JSON must be an object");
 	}
+	if (status == TW_OK)
+		make_whole(*object);
 	return status;
 }

@@ -1,5 +1,6 @@
 /* JSON that comes from outside, strictly: bounded in size and depth before anything is built from it, a member only
- * once. */
+ * once. A byte order mark before it is skipped; numbers without a fraction become integers, however they were written.
+ */
 #ifndef SOLVER_OPTION_JSON_H
 #define SOLVER_OPTION_JSON_H
 

@@ -18,7 +18,7 @@ forbid() { # ROOM PATTERN: no include of ROOM may lie outside PATTERN
 
 forbid solver 'tightwire\.h$|solver/'
 forbid storage 'tightwire\.h$|storage/'
-forbid api 'tightwire\.h$|api/|storage/|solver/option|solver/[a-z]+/request\.h$|solver/[a-z]+/options\.h$'
+forbid api 'tightwire\.h$|api/|storage/|solver/option|solver/names|solver/[a-z]+/request\.h$|solver/[a-z]+/options\.h$'
 forbid service 'tightwire\.h$|service/|api/|storage/|solver/'
 
 # C++ only behind solver's OpenMesh header; SQL only in storage; sockets only in service.

@@ -30,7 +30,8 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 			return status;
 		*help = *help || !strcmp(argv[i], "--help");
 		if (!taken && !*help)
-			return command_refuse(argv[i], error);
+			return command_refuse(argv[i], (const char *const[]){"--store", "--out", "--help", NULL},
+					      (const struct option_table *const[]){NULL}, error);
 	}
 	if (!*help && (!request->url || !request->path))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--store and --out are needed; see --help");

@@ -88,7 +88,8 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		return TW_OK;
 	for (int i = 1; i < argc; i++)
 		if (argv[i][0] == '-' && argv[i][1])
-			return command_refuse(argv[i], error);
+			return command_refuse(argv[i], (const char *const[]){"--help", NULL},
+					      (const struct option_table *const[]){NULL}, error);
 	if (argc != 3)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
 			       "an instance and a certificate are needed; see --help");

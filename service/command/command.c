@@ -2,6 +2,8 @@
 #include "service/command/command.h"
 
 #include "service/command/progress.h"
+#include "solver/names.h"
+#include "solver/option.h"
 
 #include <string.h>
 
@@ -43,7 +45,30 @@ enum tw_status command_take_text(const char *flag, const char *what, const char 
 	return TW_OK;
 }
 
-enum tw_status command_refuse(const char *argument, struct tw_error *error)
+/* "--strip-width-mm" for strip_width_mm. */
+static const char *flag_of(const char *option, char *flag, size_t size)
 {
-	return tw_fail(error, TW_ERROR_INPUT, "usage", argument, "is not understood; see --help");
+	snprintf(flag, size, "--%s", option);
+	for (char *p = flag; *p; p++)
+		*p = *p == '_' ? '-' : *p;
+	return flag;
+}
+
+enum tw_status command_refuse(const char *argument, const char *const *texts, const struct option_table *const *tables,
+			      struct tw_error *error)
+{
+	const char *names[OPTION_NAMES_MAX], *flags[2 * OPTION_NAMES_MAX];
+	char text[OPTION_NAMES_MAX][48], given[64];
+	size_t options = 0, count = 0;
+	if (argument[0] != '-')
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argument,
+			       "is one argument too many; files are given with flags; see --help");
+	for (; *texts; texts++)
+		flags[count++] = *texts;
+	for (; *tables; tables++)
+		option_add_names(*tables, names, &options);
+	for (size_t i = 0; i < options; i++)
+		flags[count++] = flag_of(names[i], text[i], sizeof text[i]);
+	snprintf(given, sizeof given, "%.*s", (int)strcspn(argument, "="), argument);
+	return names_refuse(&(struct names){flags, count}, "flag", given, "usage", NULL, error);
 }

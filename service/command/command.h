@@ -6,6 +6,8 @@
 
 #include <stdbool.h>
 
+struct option_table;
+
 enum { COMMAND_DONE = 0, COMMAND_FAILED = 1, COMMAND_USAGE = 2 };
 
 struct command {
@@ -46,7 +48,9 @@ int command_run(const struct command_steps *steps, void *session, int argc, char
 enum tw_status command_take_text(const char *flag, const char *what, const char **value, int argc, char **argv,
 				 int *index, bool *taken, struct tw_error *error) TW_NODISCARD;
 
-/* The error for an argument that no one takes. */
-enum tw_status command_refuse(const char *argument, struct tw_error *error);
+/* The error for an argument that no one takes: a flag that is none is told which flags there are. `texts`: those that
+ * command_take_text takes, with their dashes; both lists end with NULL. */
+enum tw_status command_refuse(const char *argument, const char *const *texts, const struct option_table *const *tables,
+			      struct tw_error *error);
 
 #endif

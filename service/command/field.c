@@ -76,9 +76,9 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		bool taken = false;
 		status = take_argument(session, argc, argv, &i, &taken, error);
 		if (!status && !taken)
-			status = tw_fail(error, TW_ERROR_INPUT, "usage", argv[i],
-					 "not an option; files are given with --worn, --pattern and --motion; "
-					 "see --help");
+			status = command_refuse(
+				argv[i], (const char *const[]){"--out", GARMENT_FILES_TEXTS, NULL},
+				(const struct option_table *const[]){&table, GARMENT_FILES_TABLES, NULL}, error);
 	}
 	*help = session->settings.help;
 	if (!status && !*help && (!session->files.worn || !session->settings.out))

@@ -41,6 +41,10 @@ void garment_files_clear(struct garment_files *files);
 enum tw_status garment_files_take(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
 				  struct tw_error *error) TW_NODISCARD;
 
+/* For command_refuse: the flags that garment_files_take takes. */
+#define GARMENT_FILES_TEXTS "--worn", "--pattern", "--motion"
+#define GARMENT_FILES_TABLES &import_option_table, &motion_option_table, &field_option_table
+
 /* The help of these arguments. */
 void garment_files_print_paths_help(FILE *out);
 void garment_files_print_options_help(FILE *out);

@@ -94,10 +94,11 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		if (status)
 			return status;
 		if (!taken)
-			return tw_fail(
-				error, TW_ERROR_INPUT, "usage", argv[i],
-				"not an option; files are given with --worn, --pattern, --motion and --terminals; "
-				"see --help");
+			return command_refuse(argv[i],
+					      (const char *const[]){"--terminals", "--out", GARMENT_FILES_TEXTS, NULL},
+					      (const struct option_table *const[]){&own_table, GARMENT_FILES_TABLES,
+										   &layout_option_table, NULL},
+					      error);
 	}
 	*help = settings->help;
 	if (!*help && (!session->files.worn || !settings->terminals || !settings->out))

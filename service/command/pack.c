@@ -62,7 +62,8 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		if (taken)
 			continue;
 		if (argv[i][0] == '-' || settings->motion)
-			return command_refuse(argv[i], error);
+			return command_refuse(argv[i], (const char *const[]){"--out", NULL},
+					      (const struct option_table *const[]){&table, NULL}, error);
 		settings->motion = argv[i];
 	}
 	*help = settings->help;

@@ -55,7 +55,8 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		if (status)
 			return status;
 		if (!taken)
-			return command_refuse(argv[i], error);
+			return command_refuse(argv[i], (const char *const[]){"--out", NULL},
+					      (const struct option_table *const[]){&table, NULL}, error);
 	}
 	*help = request->help;
 	return request->directory || *help

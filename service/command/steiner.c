@@ -91,7 +91,8 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		if (taken)
 			continue;
 		if (argv[i][0] == '-' && argv[i][1])
-			return command_refuse(argv[i], error);
+			return command_refuse(argv[i], (const char *const[]){"--certificate", NULL},
+					      (const struct option_table *const[]){&table, NULL}, error);
 		if (settings->path)
 			return tw_fail(error, TW_ERROR_INPUT, "usage", argv[i], "one file at a time");
 		settings->path = argv[i];

@@ -96,7 +96,8 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		if (status != TW_OK)
 			return status;
 		if (!taken)
-			return command_refuse(argv[i], error);
+			return command_refuse(argv[i], (const char *const[]){"--store", "--name", NULL},
+					      (const struct option_table *const[]){&table, NULL}, error);
 	}
 	*help = flags->help;
 	if (!flags->store && !*help)

@@ -1,5 +1,7 @@
 #include "service/daemon/config.h"
 
+#include "solver/names.h"
+
 #include <ctype.h>
 #include <errno.h>
 #include <stdbool.h>
@@ -97,6 +99,24 @@ static const struct setting *find_setting(const char *name, size_t length)
 	return NULL;
 }
 
+static enum tw_status refuse_name(const char *what, const char *given, const char *type, const char *where,
+				  struct tw_error *error)
+{
+	bool is_flag = !strncmp(given, "--", 2);
+	char name[64];
+	const char *names[SETTING_COUNT + 2];
+	size_t count = 0;
+	for (size_t i = 0; i < SETTING_COUNT; i++)
+		names[count++] = settings[i].name;
+	if (is_flag) {
+		names[count++] = "config";
+		names[count++] = "help";
+		given += 2;
+	}
+	snprintf(name, sizeof name, "%.*s", (int)strcspn(given, "="), given);
+	return names_refuse(&(struct names){names, count}, what, name, type, where, error);
+}
+
 /* --- the four sources, the weakest first ---------------------------------------------------------------------- */
 
 static enum tw_status read_defaults(struct config *config, struct tw_error *error)
@@ -128,7 +148,7 @@ static enum tw_status read_line(struct config *config, char *line, const char *w
 	const char *name = trim(text);
 	const struct setting *setting = find_setting(name, strlen(name));
 	if (!setting)
-		return tw_fail(error, TW_ERROR_INPUT, "setting", where, "there is no setting \"%.40s\"", name);
+		return refuse_name("setting", name, "setting", where, error);
 	return set(config, setting, trim(equals + 1), where, error);
 }
 
@@ -191,7 +211,7 @@ static enum tw_status split_flag(int argc, char **argv, int *index, const char *
 		return TW_OK;
 	bool known = find_setting(*name, *length) || (*length == 6 && !strncmp(*name, "config", 6));
 	if (!known)
-		return tw_fail(error, TW_ERROR_INPUT, "usage", argument, "there is no such flag; see --help");
+		return refuse_name("flag", argument, "usage", NULL, error);
 	if ((*name)[*length])
 		*value = *name + *length + 1;
 	else if (*index + 1 < argc)

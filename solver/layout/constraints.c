@@ -1,6 +1,7 @@
 #include "solver/layout/constraints.h"
 
 #include "solver/layout/json.h"
+#include "solver/names.h"
 #include "solver/option.h"
 
 #include <math.h>
@@ -88,7 +89,9 @@ static enum tw_status read_member(struct face_region *region, const char *key, c
 		return read_polygon(region, value, where, error);
 	if (has_factor && !strcmp(key, "factor"))
 		return read_price(&region->factor, value, FACTOR_MAX, where, error);
-	return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where, "\"%.40s\" is not a field here", key);
+	static const char *const known[] = {"faces", "piece", "polygon_mm", "factor"};
+	const struct names names = {known, has_factor ? 4 : 3};
+	return names_refuse(&names, "member", key, "json-unknown-field", where, error);
 }
 
 static enum tw_status read_region(struct face_region *region, const json_t *object, bool has_factor, const char *where,
@@ -170,7 +173,9 @@ static enum tw_status read_constraint(struct layout_constraints *constraints, co
 		return read_price(&constraints->seam_price_mpa_mm2, value, PRICE_MAX, where, error);
 	if (!strcmp(key, "free_edges"))
 		return read_free_edges(constraints, value, where, error);
-	return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where, "\"%.40s\" is not a constraint", key);
+	static const char *const known[] = {"keep_out", "face_multipliers", "seam_price_mpa_mm2", "free_edges"};
+	const struct names names = {known, sizeof known / sizeof *known};
+	return names_refuse(&names, "constraint", key, "json-unknown-field", where, error);
 }
 
 enum tw_status layout_constraints_parse(struct layout_constraints *constraints, const json_t *object, const char *where,

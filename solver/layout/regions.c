@@ -2,6 +2,7 @@
 #include "solver/layout/regions.h"
 
 #include "solver/curve/vector.h"
+#include "solver/names.h"
 
 #include <string.h>
 
@@ -82,8 +83,8 @@ static enum tw_status find_piece(const struct finder *finder, const char *name, 
 	for (*piece = 0; *piece < finder->garment->piece_count; (*piece)++)
 		if (!strcmp(finder->garment->piece_name[*piece], name))
 			return TW_OK;
-	return tw_fail(error, TW_ERROR_INPUT, "unknown-piece", where, "the garment has no pattern piece \"%.80s\"",
-		       name);
+	const struct names names = {(const char *const *)finder->garment->piece_name, finder->garment->piece_count};
+	return names_refuse(&names, "pattern piece", name, "unknown-piece", where, error);
 }
 
 static enum tw_status mark_polygon(const struct finder *finder, const struct face_region *region, const char *where,

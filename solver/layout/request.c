@@ -2,6 +2,7 @@
 #include "solver/layout/request.h"
 
 #include "solver/layout/json.h"
+#include "solver/names.h"
 #include "solver/option_json.h"
 
 #include <math.h>
@@ -60,8 +61,9 @@ static enum tw_status read_field(struct layout_terminal *terminal, const char *k
 		return json_read_numbers(terminal->point_mm, 3, value, where, error);
 	if (!strcmp(key, "uv_mm"))
 		return json_read_numbers(terminal->uv_mm, 2, value, where, error);
-	return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where, "\"%.64s\" is not a field of a terminal",
-		       key);
+	static const char *const known[] = {"name", "vertex", "face", "barycentric", "point_mm", "piece", "uv_mm"};
+	const struct names names = {known, sizeof known / sizeof *known};
+	return names_refuse(&names, "member of a terminal", key, "json-unknown-field", where, error);
 }
 
 /* Exactly one form, whole. */
@@ -179,17 +181,20 @@ static enum tw_status read_terminals(struct layout_request *request, const json_
 
 static enum tw_status read_root(struct layout_request *request, const json_t *root, struct tw_error *error)
 {
+	static const char *const known[] = {"field", "terminals", "options", "constraints"};
+	const struct names names = {known, sizeof known / sizeof *known};
 	const char *key;
 	json_t *value;
 	json_object_foreach((json_t *)(uintptr_t)root, key, value)
 	{
-		if (!strcmp(key, "field") || !strcmp(key, "terminals") || !strcmp(key, "options") ||
-		    !strcmp(key, "constraints"))
+		size_t k = 0;
+		while (k < names.count && strcmp(known[k], key) != 0)
+			k++;
+		if (k < names.count)
 			continue;
 		char where[POINTER_SIZE];
 		option_pointer(where, sizeof where, "", key);
-		return tw_fail(error, TW_ERROR_INPUT, "json-unknown-field", where,
-			       "\"%.60s\" is not a field of a layout request", key);
+		return names_refuse(&names, "member of a layout request", key, "json-unknown-field", where, error);
 	}
 	const json_t *field = json_object_get(root, "field");
 	enum tw_status status = field ? json_read_text(&request->field, field, "/field", error) : TW_OK;

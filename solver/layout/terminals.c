@@ -2,6 +2,8 @@
  * point inside the face, so that equal places compare equal however they were given. */
 #include "solver/layout/terminals.h"
 
+#include "solver/names.h"
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -120,8 +122,9 @@ static enum tw_status place_in_piece(const struct placer *placer, uint32_t index
 	if (piece == placer->garment->piece_count) {
 		char where[64];
 		snprintf(where, sizeof where, "/terminals/%u/piece", index);
-		return tw_fail(error, TW_ERROR_INPUT, "terminal-unknown-piece", where,
-			       "the garment has no pattern piece \"%.80s\"", terminal->piece);
+		const struct names names = {(const char *const *)placer->garment->piece_name,
+					    placer->garment->piece_count};
+		return names_refuse(&names, "pattern piece", terminal->piece, "terminal-unknown-piece", where, error);
 	}
 	locator_find(placer->locator, piece, (struct vec2){terminal->uv_mm[0], terminal->uv_mm[1]}, place);
 	if (place->distance > placer->snap_mm)
