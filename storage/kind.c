@@ -10,12 +10,12 @@
 
 /* Computation versions; 1 is what 0.1.0 computed. */
 enum {
-	MESH_VERSION = 1,
+	MESH_VERSION = 2,   /* 2: keeps the numbers of the file, and the edges */
 	MOTION_VERSION = 1, /* of the mean densities that an import leaves */
 	/* A field is computed from means of today's version, whatever the import left: so its version grows with
 	 * theirs. */
 	FIELD_VERSION = 0 + MOTION_VERSION,
-	LAYOUT_VERSION = 1,
+	LAYOUT_VERSION = 2, /* 2: numbers are the file's */
 	RECORDING_VERSION = 1,
 };
 

@@ -64,12 +64,14 @@ static json_t *show_garment(const struct garment *garment, const struct garment_
 	for (uint32_t i = 0; i < report->warning_count; i++)
 		json_array_append_new(warnings, show_warning(&report->warning[i]));
 	json_int_t edges = (json_int_t)report->inner_edges + report->seam_edges + report->hem_edges;
-	return json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:o, s:o, s:o, s:f, s:f, s:o}", "format",
+	return json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:o, s:o, s:o, s:f, s:f, s:o}", "format",
 			 formats[report->format], "vertices", (json_int_t)garment->vertex_count, "faces",
-			 (json_int_t)garment->face_count, "edges", edges, "seam_edges", (json_int_t)report->seam_edges,
-			 "hem_edges", (json_int_t)report->hem_edges, "components", (json_int_t)report->component_count,
-			 "motion_points", (json_int_t)garment_source_count(garment), "pieces", show_pieces(garment),
-			 "worn_box_mm", show_box(report->worn_box_mm[0], report->worn_box_mm[1], 3), "pattern_box_mm",
+			 (json_int_t)garment->face_count, "file_vertices", (json_int_t)report->file_vertices,
+			 "file_faces", (json_int_t)report->polygon_count, "edges", edges, "seam_edges",
+			 (json_int_t)report->seam_edges, "hem_edges", (json_int_t)report->hem_edges, "components",
+			 (json_int_t)report->component_count, "motion_points",
+			 (json_int_t)garment_source_count(garment), "pieces", show_pieces(garment), "worn_box_mm",
+			 show_box(report->worn_box_mm[0], report->worn_box_mm[1], 3), "pattern_box_mm",
 			 show_box(report->pattern_box_mm[0], report->pattern_box_mm[1], 2), "worn_area_mm2",
 			 report->worn_area_mm2, "pattern_area_mm2", report->pattern_area_mm2, "warnings", warnings);
 }
@@ -79,18 +81,21 @@ static enum tw_status import(struct work *work, const struct garment_source *wor
 {
 	struct import_options options;
 	struct garment garment;
+	struct topology topology;
 	struct garment_report report;
 	enum tw_status status = cache_read_options(&import_option_table, &options, work->resource->options, error);
 	if (status == TW_OK)
 		status = work_step(work, 0.2, "checking", error);
 	if (status == TW_OK)
 		status = garment_import(&garment, work->arena, worn, pattern, &options, &report, error);
+	if (status == TW_OK)
+		status = topology_build(&topology, work->arena, &garment, error);
 	if (status != TW_OK)
 		return status;
 	struct tw_array *arrays = ARENA_ARRAY(work->arena, GARMENT_ARRAYS, struct tw_array);
 	if (!arrays)
 		return tw_fail_memory(error);
-	status = garment_to_arrays(&garment, work->arena, arrays, &work->result.array_count, error);
+	status = garment_to_arrays(&garment, &topology, work->arena, arrays, &work->result.array_count, error);
 	work->result.arrays = arrays;
 	return status == TW_OK ? work_summary(work, show_garment(&garment, &report), error) : status;
 }

@@ -1,4 +1,5 @@
 /* Faces in the pattern: none without area, none flipped. */
+#include "solver/garment/correspondence.h"
 #include "solver/garment/draft.h"
 
 #include <math.h>
@@ -42,12 +43,12 @@ static enum tw_status check_areas(struct draft *draft)
 			return fail_at_face(draft, f, "pattern-zero-area",
 					    "face %u has no area in the flat pattern; its pattern positions are %u, %u "
 					    "and %u",
-					    f, garment->face_coord[3 * (size_t)f],
+					    garment_file_face(garment, f), garment->face_coord[3 * (size_t)f],
 					    garment->face_coord[3 * (size_t)f + 1],
 					    garment->face_coord[3 * (size_t)f + 2]);
 		double worn = worn_area(garment, f);
 		if (!(worn > 0))
-			report_warn(report, "worn-zero-area", "face", f,
+			report_warn(report, "worn-zero-area", "face", garment_file_face(garment, f),
 				    "faces without area in the worn mesh count as fully compressed there");
 		report->worn_area_mm2 += worn;
 		report->pattern_area_mm2 += 0.5 * fabs(cross);
@@ -107,7 +108,7 @@ static enum tw_status flipped(const struct draft *draft, uint32_t piece, uint32_
 		if (listed++ == 0)
 			first = f;
 		size_t size = strlen(list);
-		snprintf(list + size, sizeof list - size, "%s%u", size ? ", " : "", f);
+		snprintf(list + size, sizeof list - size, "%s%u", size ? ", " : "", garment_file_face(garment, f));
 	}
 	uint32_t count = minority ? clockwise : faces - clockwise;
 	const char *name = garment->piece_name[piece];

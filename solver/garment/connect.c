@@ -1,4 +1,5 @@
 /* Edges of a draft, and what must hold of them. */
+#include "solver/garment/correspondence.h"
 #include "solver/garment/draft.h"
 
 #include <stdlib.h>
@@ -43,7 +44,8 @@ static void unite(struct draft *draft, struct corner *corners, uint32_t count)
 			     *before = pattern + 2 * (size_t)corners[i - 1].coord;
 		if (corners[i].coord == corners[i - 1].coord || here[0] != before[0] || here[1] != before[1])
 			continue;
-		report_warn(draft->report, "pattern-positions-shared", "vertex", corners[i].vertex,
+		report_warn(draft->report, "pattern-positions-shared", "vertex",
+			    garment_file_vertex(garment, corners[i].vertex),
 			    "pattern positions that a vertex has more than once were taken as one: there is no seam "
 			    "between them");
 		corners[i].coord = corners[i - 1].coord;
@@ -79,7 +81,8 @@ static enum tw_status share_coords(struct draft *draft)
 static enum tw_status check_directions(const struct draft *draft)
 {
 	const struct topology *topology = &draft->topology;
-	const uint32_t *face_vertex = draft->garment.face_vertex;
+	const struct garment *garment = &draft->garment;
+	const uint32_t *face_vertex = garment->face_vertex;
 	for (uint32_t e = 0; e < topology->edge_count; e++) {
 		const uint32_t *face = topology->edge_face + 2 * (size_t)e;
 		const uint8_t *side = topology->edge_side + 2 * (size_t)e;
@@ -89,8 +92,9 @@ static enum tw_status check_directions(const struct draft *draft)
 			draft, face[1], "mesh-flipped-face",
 			"faces %u and %u run along the edge between vertices %u and %u in the same direction: one of "
 			"them is flipped; make the faces' directions agree",
-			face[0], face[1], topology->edge_vertex[2 * (size_t)e],
-			topology->edge_vertex[2 * (size_t)e + 1]);
+			garment_file_face(garment, face[0]), garment_file_face(garment, face[1]),
+			garment_file_vertex(garment, topology->edge_vertex[2 * (size_t)e]),
+			garment_file_vertex(garment, topology->edge_vertex[2 * (size_t)e + 1]));
 	}
 	return TW_OK;
 }
@@ -102,7 +106,7 @@ static void warn_of_isolated(const struct draft *draft, uint8_t *used)
 		used[garment->face_vertex[i]] = 1;
 	for (uint32_t v = 0; v < garment->vertex_count; v++) {
 		if (!used[v])
-			report_warn(draft->report, "isolated-vertices", "vertex", v,
+			report_warn(draft->report, "isolated-vertices", "vertex", garment_file_vertex(garment, v),
 				    "vertices without a face are kept, because motions count them, but no wire can "
 				    "reach them");
 	}

@@ -4,6 +4,8 @@
  * the garment's pattern positions. Polygons are cut in the pattern, where they are flat. */
 #include "solver/garment/draft.h"
 
+#include "solver/garment/correspondence.h"
+
 #include <math.h>
 
 /* A garment is smaller than a kilometre; what is larger has a wrong unit, and squares of it would lose precision. */
@@ -12,11 +14,11 @@ static const double coordinate_limit_mm = 1e6;
 enum tw_status fail_at_face(const struct draft *draft, uint32_t face, const char *type, const char *format, ...)
 {
 	char where[64];
-	const uint32_t *line = draft->worn->polygon_line;
+	const uint32_t *line = draft->worn->polygon_line, polygon = garment_file_face(&draft->garment, face);
 	if (line)
-		snprintf(where, sizeof where, "face %u, line %u", face, line[draft->face_polygon[face]]);
+		snprintf(where, sizeof where, "face %u, line %u", polygon, line[polygon]);
 	else
-		snprintf(where, sizeof where, "face %u", face);
+		snprintf(where, sizeof where, "face %u", polygon);
 	va_list arguments;
 	va_start(arguments, format);
 	tw_error_vfill(draft->error, TW_ERROR_INPUT, type, where, format, arguments);
@@ -145,13 +147,13 @@ static void add_polygon(struct draft *draft, const struct soup *worn, const uint
 			xy[2 * i + 1] = garment->pattern[2 * (size_t)corner_coord[start + i] + 1];
 		}
 		polygon_cut(xy, count, triangles); /* a polygon that cannot be cut gives faces that the checks refuse */
-		report_warn(
-			draft->report, "polygons-cut", "face", p,
-			"faces with more than three corners were cut into triangles; faces are numbered by triangle");
+		report_warn(draft->report, "polygons-cut", "face", p,
+			    "faces with more than three corners were cut into triangles; their numbers stay those of "
+			    "the file");
 	}
 	for (uint32_t t = 0; t < count - 2; t++) {
 		size_t face = garment->face_count++;
-		draft->face_polygon[face] = p;
+		garment->file_face[face] = p;
 		for (size_t k = 0; k < 3; k++) {
 			garment->face_vertex[3 * face + k] = worn->corner_vertex[start + triangles[3 * t + k]];
 			garment->face_coord[3 * face + k] = corner_coord[start + triangles[3 * t + k]];
@@ -181,11 +183,32 @@ enum tw_status draft_from_soup(struct draft *draft, const struct soup *worn, con
 		return status;
 	garment->face_vertex = ARENA_ARRAY(draft->arena, 3 * faces, uint32_t);
 	garment->face_coord = ARENA_ARRAY(draft->arena, 3 * faces, uint32_t);
-	draft->face_polygon = ARENA_ARRAY(draft->arena, faces, uint32_t);
-	if (!garment->face_vertex || !garment->face_coord || !draft->face_polygon)
+	garment->file_face = ARENA_ARRAY(draft->arena, faces, uint32_t);
+	garment->file_face_count = worn->polygon_count;
+	if (!garment->face_vertex || !garment->face_coord || !garment->file_face)
 		return tw_fail_memory(draft->error);
 	const uint32_t *corner_coord = pattern ? pattern->corner_vertex : worn->corner_coord;
 	for (uint32_t p = 0; p < worn->polygon_count; p++)
 		add_polygon(draft, worn, corner_coord, p);
+	return TW_OK;
+}
+
+enum tw_status draft_number_faces(struct draft *draft)
+{
+	struct garment *garment = &draft->garment;
+	if (garment->file_face_count == garment->face_count) {
+		garment->file_face = NULL; /* triangles, all of them */
+		return TW_OK;
+	}
+	garment->file_corner = ARENA_ARRAY(draft->arena, 3 * (size_t)garment->file_face_count, uint32_t);
+	if (!garment->file_corner)
+		return tw_fail_memory(draft->error);
+	for (uint32_t f = 0; f < garment->face_count; f++) {
+		uint32_t polygon = garment->file_face[f];
+		const uint32_t *start = draft->worn->polygon_start + polygon;
+		for (size_t k = 0; k < 3; k++)
+			garment->file_corner[3 * (size_t)polygon + k] =
+				start[1] - start[0] == 3 ? garment->face_vertex[3 * (size_t)f + k] : GARMENT_NONE;
+	}
 	return TW_OK;
 }

@@ -8,9 +8,8 @@
 #include "solver/garment/soup.h"
 
 struct draft {
-	struct garment garment;    /* in millimetres */
+	struct garment garment;    /* in millimetres; its file_face is there from the first stage on */
 	struct topology topology;  /* of it; from draft_connect on */
-	uint32_t *face_polygon;    /* [face_count] in `worn` */
 	const struct soup *worn;   /* borrowed */
 	const struct soup *labels; /* borrowed: the soup that names the pieces, `worn` or the flat pattern */
 	struct arena *arena;       /* borrowed: scratch */
@@ -45,7 +44,11 @@ enum tw_status draft_check_overlap(struct draft *draft) TW_NODISCARD;
 /* A mesh with an inner and an outer side is not a garment in the sense of method 1. */
 enum tw_status draft_check_thickness(struct draft *draft) TW_NODISCARD;
 
-/* Fails with "face N" and, for text formats, its line. */
+/* The corners of the file's faces, where some were cut into triangles; where none was, file_face goes. The last stage.
+ */
+enum tw_status draft_number_faces(struct draft *draft) TW_NODISCARD;
+
+/* Fails at a face of the garment, with "face N" of the file and, for text formats, its line. */
 TW_PRINTF(4, 5)
 enum tw_status fail_at_face(const struct draft *draft, uint32_t face, const char *type, const char *format, ...);
 

@@ -1,7 +1,8 @@
 /* A garment: a triangle mesh worn on a body together with its flat cutting pattern (method 1).
  *
  * Order is identity: vertices, pattern positions and faces keep the order of the file they came from, because motions,
- * terminals and layouts refer to them by number. */
+ * terminals and layouts refer to them by number; where welding, cutting and refining change the numbers,
+ * correspondence.h leads back to the file's. */
 #ifndef SOLVER_GARMENT_GARMENT_H
 #define SOLVER_GARMENT_GARMENT_H
 
@@ -30,6 +31,14 @@ struct garment {
 	uint32_t source_count;   /* vertices of the file, the points of a frame; vertex_count where the two are NULL */
 	uint32_t *source_vertex; /* [vertex_count][3], or NULL */
 	double *source_share;    /* [vertex_count][3], not negative, sum 1; or NULL */
+
+	/* What became of the file's vertices and faces; read through solver/garment/correspondence.h. NULL where the
+	 * numbers are the file's. */
+	uint32_t *mesh_vertex;    /* [source_count] vertex that each of the file's became, or NULL */
+	uint32_t *file_face;      /* [face_count] face of the file that each is part of, ascending; or NULL */
+	uint32_t file_face_count; /* faces of the file, where file_face is not NULL */
+	uint32_t *file_corner;    /* [file_face_count][3] corners of each as vertices here, GARMENT_NONE of one that is
+				     no triangle; where file_face is not NULL */
 };
 
 /* Points that a frame of this garment's motions has. */
@@ -63,16 +72,25 @@ struct topology {
 enum tw_status topology_build(struct topology *topology, struct arena *arena, const struct garment *garment,
 			      struct tw_error *error) TW_NODISCARD;
 
-/* A garment as named arrays, the form in which it is stored and served; see struct tw_array. Borrowed from the garment;
- * `arena` holds "piece_name" (u8, each name with its terminating 0) and the small ones. `count` becomes 6, and 9 for a
- * garment with a source_vertex. */
-enum { GARMENT_ARRAYS = 9 };
-enum tw_status garment_to_arrays(const struct garment *garment, struct arena *arena,
+/* A garment as named arrays, the form in which it is stored and served; see struct tw_array. Borrowed from the garment
+ * and its topology, or in `arena`:
+ *
+ *   position f64 [vertices][3], pattern f64 [pattern positions][2], face_vertex face_coord u32 [faces][3],
+ *   face_piece u32 [faces], piece_name u8, each name with its terminating 0
+ *   edge_vertex u32 [edges][2]: the two vertices of each edge, in the order of a field's weights
+ *   file_vertex u32 [vertices]: the file's vertex, GARMENT_NONE for one that refinement made
+ *   mesh_vertex u32 [the file's vertices]: the vertex here
+ *   file_face u32 [faces]: the file's face that each is part of
+ *   file_corner u32 [the file's faces][3]: only where faces were cut
+ *   source_vertex u32, source_share f64 [vertices][3], source_count u32 [1]: only where vertices are not the file's */
+enum { GARMENT_ARRAYS = 14 };
+enum tw_status garment_to_arrays(const struct garment *garment, const struct topology *topology, struct arena *arena,
 				 struct tw_array arrays[GARMENT_ARRAYS], size_t *count,
 				 struct tw_error *error) TW_NODISCARD;
 
 /* The inverse. Borrows the arrays' data, which must live as long as the garment; checks every index and that every
- * number is finite, so that a damaged store is an error and no crash. */
+ * number is finite, so that a damaged store is an error and no crash. A garment of 0.1.0, without the file's numbers,
+ * is read where they are its own, else it is "garment-outdated". */
 enum tw_status garment_from_arrays(struct garment *garment, struct arena *arena, const struct tw_array *arrays,
 				   size_t count, struct tw_error *error) TW_NODISCARD;
 

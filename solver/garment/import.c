@@ -80,6 +80,8 @@ static enum tw_status run_stages(struct draft *draft, const struct soup *worn, c
 		status = draft_check_overlap(draft);
 	if (status == TW_OK)
 		status = draft_check_thickness(draft);
+	if (status == TW_OK)
+		status = draft_number_faces(draft);
 	return status;
 }
 
@@ -152,6 +154,10 @@ static enum tw_status copy_garment(struct garment *to, struct arena *arena, cons
 	to->face_piece = copy(arena, from->face_piece, faces, sizeof *to->face_piece, &failed);
 	to->source_vertex = copy(arena, from->source_vertex, 3 * vertices, sizeof *to->source_vertex, &failed);
 	to->source_share = copy(arena, from->source_share, 3 * vertices, sizeof *to->source_share, &failed);
+	to->mesh_vertex = copy(arena, from->mesh_vertex, from->source_count, sizeof *to->mesh_vertex, &failed);
+	to->file_face = copy(arena, from->file_face, faces, sizeof *to->file_face, &failed);
+	to->file_corner =
+		copy(arena, from->file_corner, 3 * (size_t)from->file_face_count, sizeof *to->file_corner, &failed);
 	to->piece_name = copy(arena, from->piece_name, from->piece_count, sizeof *to->piece_name, &failed);
 	for (uint32_t i = 0; i < from->piece_count && !failed; i++)
 		to->piece_name[i] = copy(arena, from->piece_name[i], strlen(from->piece_name[i]) + 1, 1, &failed);

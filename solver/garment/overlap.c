@@ -4,6 +4,7 @@
  * cell that holds the lower left corner of what their boxes share. Two triangles overlap unless a side of one has the
  * other wholly outside (separating axes). The work is counted: faces of very uneven size, which could make it
  * quadratic, end it with a warning. */
+#include "solver/garment/correspondence.h"
 #include "solver/garment/draft.h"
 
 #include <math.h>
@@ -184,8 +185,9 @@ static enum tw_status compare_cell(struct draft *draft, const struct grid *grid,
 				return fail_at_face(draft, b, "pattern-overlaps-itself",
 						    "faces %u and %u of piece %u (%.*s) lie on each other in the flat "
 						    "pattern; a piece cannot be cut like that",
-						    a, b, piece, utf8_cut(name, 60), name);
-			report_warn(draft->report, "pieces-overlap", "face", a,
+						    garment_file_face(garment, a), garment_file_face(garment, b), piece,
+						    utf8_cut(name, 60), name);
+			report_warn(draft->report, "pieces-overlap", "face", garment_file_face(garment, a),
 				    "pieces %.*s and %.*s lie on each other in the flat pattern", utf8_cut(name, 60),
 				    name, utf8_cut(other_name, 60), other_name);
 		}
@@ -201,7 +203,8 @@ static enum tw_status compare_all(struct draft *draft, const struct grid *grid)
 			const uint64_t *start = &grid->start[(uint64_t)y * grid->width + x];
 			uint64_t faces = start[1] - start[0], pairs = faces * faces / 2;
 			if (pairs > budget) {
-				report_warn(draft->report, "overlap-unchecked", "face", grid->face[start[0]],
+				report_warn(draft->report, "overlap-unchecked", "face",
+					    garment_file_face(&draft->garment, grid->face[start[0]]),
 					    "faces of very different size lie here, so that overlaps of the pattern "
 					    "could not "
 					    "be looked for everywhere");

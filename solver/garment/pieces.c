@@ -84,7 +84,7 @@ static void agree_labels(const struct draft *draft, enum label_kind kind, uint32
 	uint8_t seen[PIECE_LIMIT] = {0};
 	for (uint32_t f = 0; f < garment->face_count; f++) {
 		uint32_t piece = garment->face_piece[f];
-		uint32_t label = polygon_label ? polygon_label[draft->face_polygon[f]] : GARMENT_NONE;
+		uint32_t label = polygon_label ? polygon_label[garment->file_face[f]] : GARMENT_NONE;
 		if (!seen[piece])
 			labels[piece] = label;
 		else if (labels[piece] != label)

@@ -2,6 +2,8 @@
  * however often it was refined, so that three of the file's vertices are enough to say where. */
 #include "solver/garment/refine.h"
 
+#include "solver/garment/correspondence.h"
+
 #include <assert.h>
 #include <string.h>
 
@@ -45,11 +47,14 @@ static void mean_coord(double *pattern, uint32_t coord, const uint32_t *of, uint
 	}
 }
 
-static void add_face(struct garment *fine, uint32_t face, uint32_t piece, const uint32_t *vertex, const uint32_t *coord)
+/* `face` of `fine` is a part of face `of` of `coarse`. */
+static void add_face(struct garment *fine, uint32_t face, const struct garment *coarse, uint32_t of,
+		     const uint32_t *vertex, const uint32_t *coord)
 {
 	memcpy(fine->face_vertex + 3 * (size_t)face, vertex, 3 * sizeof *vertex);
 	memcpy(fine->face_coord + 3 * (size_t)face, coord, 3 * sizeof *coord);
-	fine->face_piece[face] = piece;
+	fine->face_piece[face] = coarse->face_piece[of];
+	fine->file_face[face] = garment_file_face(coarse, of);
 }
 
 static enum tw_status allocate(struct garment *fine, struct arena *arena, const struct garment *coarse,
@@ -64,6 +69,10 @@ static enum tw_status allocate(struct garment *fine, struct arena *arena, const 
 	fine->piece_count = coarse->piece_count;
 	fine->piece_name = coarse->piece_name;
 	fine->source_count = garment_source_count(coarse);
+	fine->mesh_vertex = coarse->mesh_vertex;
+	fine->file_corner = coarse->file_face ? coarse->file_corner : coarse->face_vertex;
+	fine->file_face_count = garment_file_faces(coarse);
+	fine->file_face = ARENA_ARRAY(arena, faces, uint32_t);
 	fine->coord_count = coarse->coord_count;
 	fine->position = ARENA_ARRAY(arena, 3 * vertices, double);
 	fine->pattern = ARENA_ARRAY(arena, 2 * coords, double);
@@ -73,7 +82,7 @@ static enum tw_status allocate(struct garment *fine, struct arena *arena, const 
 	fine->source_vertex = ARENA_ARRAY(arena, 3 * vertices, uint32_t);
 	fine->source_share = ARENA_ARRAY(arena, 3 * vertices, double);
 	if (!fine->position || !fine->pattern || !fine->face_vertex || !fine->face_coord || !fine->face_piece ||
-	    !fine->source_vertex || !fine->source_share)
+	    !fine->source_vertex || !fine->source_share || !fine->file_face)
 		return tw_fail_memory(error);
 	memcpy(fine->pattern, coarse->pattern, 2 * (size_t)coarse->coord_count * sizeof(double));
 	for (uint32_t v = 0; v < coarse->vertex_count; v++)
@@ -109,9 +118,9 @@ static void cut_in_four(struct garment *fine, const struct garment *coarse, cons
 		for (size_t k = 0; k < 3; k++)
 			m[k] = coarse->vertex_count + topology->face_edge[3 * (size_t)f + k];
 		for (uint32_t k = 0; k < 3; k++)
-			add_face(fine, 4 * f + k, coarse->face_piece[f], (uint32_t[]){v[k], m[k], m[(k + 2) % 3]},
+			add_face(fine, 4 * f + k, coarse, f, (uint32_t[]){v[k], m[k], m[(k + 2) % 3]},
 				 (uint32_t[]){c[k], d[k], d[(k + 2) % 3]});
-		add_face(fine, 4 * f + 3, coarse->face_piece[f], m, d);
+		add_face(fine, 4 * f + 3, coarse, f, m, d);
 	}
 }
 
@@ -149,7 +158,7 @@ static enum tw_status refine_centroid(struct garment *fine, struct arena *arena,
 		add_mean(fine, coarse, vertex, v, 3);
 		mean_coord(fine->pattern, coord, c, 3);
 		for (uint32_t k = 0; k < 3; k++)
-			add_face(fine, 3 * f + k, coarse->face_piece[f], (uint32_t[]){v[k], v[(k + 1) % 3], vertex},
+			add_face(fine, 3 * f + k, coarse, f, (uint32_t[]){v[k], v[(k + 1) % 3], vertex},
 				 (uint32_t[]){c[k], c[(k + 1) % 3], coord});
 	}
 	return TW_OK;

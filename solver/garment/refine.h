@@ -11,7 +11,8 @@
  * is vertex coarse->vertex_count + e. REFINE_CENTROID: face f becomes faces 3f to 3f + 2, on its sides 0, 1, 2; its
  * centroid is vertex coarse->vertex_count + f. The rest keep their numbers. A face's strain is that of its parts, since
  * the new vertices move with the old ones: fine->source_vertex and fine->source_share say how, in terms of the file's
- * vertices. TW_ERROR_LIMIT, TW_ERROR_MEMORY. */
+ * vertices; fine->file_face and fine->file_corner say which of the file's faces they are part of. TW_ERROR_LIMIT,
+ * TW_ERROR_MEMORY. */
 enum tw_status garment_refine(struct garment *fine, struct arena *arena, const struct garment *coarse,
 			      const struct topology *topology, enum refinement refinement,
 			      struct tw_error *error) TW_NODISCARD;

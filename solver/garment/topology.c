@@ -4,7 +4,7 @@
  * counting sort over the larger vertex and then over the smaller one, both stable, so that the sides of an edge follow
  * each other in the order of faces. No hashing: the cost is O(vertices + faces) on any input, and the numbers that
  * come out depend on nothing but the faces. */
-#include "solver/garment/garment.h"
+#include "solver/garment/correspondence.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -42,13 +42,15 @@ static void sort_sides(const struct garment *garment, uint32_t (*key)(const uint
 
 static enum tw_status too_many_faces(const struct garment *garment, const uint32_t *sides, struct tw_error *error)
 {
-	char where[64];
-	snprintf(where, sizeof where, "face %u", sides[2] / 3);
+	char where[64], name[2][VERTEX_NAME_BYTES];
+	snprintf(where, sizeof where, "face %u", garment_file_face(garment, sides[2] / 3));
 	return tw_fail(
 		error, TW_ERROR_INPUT, "mesh-non-manifold-edge", where,
-		"faces %u, %u and %u share the edge between vertices %u and %u; an edge may have one face or two",
-		sides[0] / 3, sides[1] / 3, sides[2] / 3, side_low(garment->face_vertex, sides[0]),
-		side_high(garment->face_vertex, sides[0]));
+		"faces %u, %u and %u share the edge between vertices %s and %s; an edge may have one face or two",
+		garment_file_face(garment, sides[0] / 3), garment_file_face(garment, sides[1] / 3),
+		garment_file_face(garment, sides[2] / 3),
+		garment_vertex_name(garment, side_low(garment->face_vertex, sides[0]), name[0]),
+		garment_vertex_name(garment, side_high(garment->face_vertex, sides[0]), name[1]));
 }
 
 /* Sets twin[side]: the other side of its edge, itself on a hem. */

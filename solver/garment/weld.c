@@ -1,5 +1,6 @@
 /* Sewn vertices that an export has doubled: each copy lies on a hem of its own piece. Hem vertices are sorted by x and
  * compared within the tolerance; those that are close, directly or through others, become the lowest of them. */
+#include "solver/garment/correspondence.h"
 #include "solver/garment/draft.h"
 
 #include <stdlib.h>
@@ -102,6 +103,7 @@ static enum tw_status renumber(struct draft *draft, uint32_t *parent)
 	uint32_t next = 0;
 	for (uint32_t v = 0; v < garment->vertex_count; v++)
 		parent[v] = parent[v] == v ? next++ : parent[parent[v]];
+	garment->mesh_vertex = parent;
 	garment->vertex_count = kept;
 	for (size_t i = 0; i < 3 * (size_t)garment->face_count; i++)
 		garment->face_vertex[i] = parent[garment->face_vertex[i]];
@@ -114,7 +116,8 @@ static enum tw_status check_collapse(const struct draft *draft)
 		const uint32_t *v = draft->garment.face_vertex + 3 * (size_t)f;
 		if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0])
 			return fail_at_face(draft, f, "weld-collapses-face",
-					    "welding joins two vertices of face %u; use a smaller weld_mm", f);
+					    "welding joins two vertices of face %u; use a smaller weld_mm",
+					    garment_file_face(&draft->garment, f));
 	}
 	return TW_OK;
 }

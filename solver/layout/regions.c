@@ -2,6 +2,7 @@
 #include "solver/layout/regions.h"
 
 #include "solver/curve/vector.h"
+#include "solver/garment/correspondence.h"
 #include "solver/names.h"
 
 #include <string.h>
@@ -117,14 +118,15 @@ static enum tw_status mark_faces(const struct finder *finder, const struct face_
 				 uint8_t *mark, struct tw_error *error)
 {
 	for (uint32_t i = 0; i < region->face_count; i++) {
-		if (region->face[i] >= finder->garment->face_count) {
+		if (region->face[i] >= garment_file_faces(finder->garment)) {
 			char place[128];
 			snprintf(place, sizeof place, "%.90s/faces/%u", where, i);
 			return tw_fail(error, TW_ERROR_INPUT, "face-out-of-range", place,
-				       "there is no face %u: the garment has %u, counted from 0", region->face[i],
-				       finder->garment->face_count);
+				       "there is no face %u: the garment's file has %u, counted from 0",
+				       region->face[i], garment_file_faces(finder->garment));
 		}
-		mark[region->face[i]] = 1;
+		uint32_t first = 0, parts = garment_face_parts(finder->garment, region->face[i], &first);
+		memset(mark + first, 1, parts);
 	}
 	return TW_OK;
 }
@@ -177,36 +179,70 @@ static enum tw_status find_multipliers(const struct finder *finder, struct field
 	return TW_OK;
 }
 
-/* Edges are looked up by their lower end: a chain of the edges that begin at every vertex. */
-static enum tw_status find_free_edges(const struct finder *finder, struct field_constraints *found, struct arena *arena,
-				      struct tw_error *error)
+/* The garment's edges by the lower end of the file's edge that they are part of. */
+struct edge_index {
+	/* [edge_count] ends of the file's edge, as the garment's vertices; GARMENT_NONE within a face of the file */
+	uint32_t (*file_end)[2];
+	uint32_t *head; /* [vertex_count] */
+	uint32_t *next; /* [edge_count] */
+};
+
+static enum tw_status index_edges(struct edge_index *index, struct arena *arena, const struct finder *finder,
+				  struct tw_error *error)
 {
 	const struct topology *topology = finder->topology;
 	uint32_t vertices = finder->garment->vertex_count;
-	uint8_t *is_free = ARENA_ZEROED(arena, topology->edge_count, uint8_t);
-	uint32_t *head = ARENA_ARRAY(arena, vertices, uint32_t);
-	uint32_t *next = ARENA_ARRAY(arena, topology->edge_count, uint32_t);
-	if (!is_free || !head || !next)
+	uint32_t(*file_end)[2] = arena_array(arena, topology->edge_count, sizeof *file_end);
+	index->file_end = file_end;
+	index->head = ARENA_ARRAY(arena, vertices, uint32_t);
+	index->next = ARENA_ARRAY(arena, topology->edge_count, uint32_t);
+	if (!file_end || !index->head || !index->next)
 		return tw_fail_memory(error);
-	memset(head, 0xff, vertices * sizeof *head);
+	memset(index->head, 0xff, vertices * sizeof *index->head);
 	for (uint32_t e = 0; e < topology->edge_count; e++) {
-		uint32_t low = topology->edge_vertex[2 * (size_t)e];
-		next[e] = head[low];
-		head[low] = e;
+		if (!garment_edge_to_file(finder->garment, &topology->edge_vertex[2 * (size_t)e], file_end[e])) {
+			file_end[e][0] = file_end[e][1] = GARMENT_NONE;
+			continue;
+		}
+		index->next[e] = index->head[file_end[e][0]];
+		index->head[file_end[e][0]] = e;
 	}
+	return TW_OK;
+}
+
+/* Marks all parts of the file's edge between two of the garment's vertices; false where there is none. */
+static bool mark_edge(const struct edge_index *index, uint32_t a, uint32_t b, uint8_t *mark)
+{
+	uint32_t low = a < b ? a : b, high = a < b ? b : a;
+	bool found = false;
+	for (uint32_t e = index->head[low]; e != GARMENT_NONE; e = index->next[e]) {
+		if (index->file_end[e][1] != high)
+			continue;
+		mark[e] = 1;
+		found = true;
+	}
+	return found;
+}
+
+static enum tw_status find_free_edges(const struct finder *finder, struct field_constraints *found, struct arena *arena,
+				      struct tw_error *error)
+{
+	const struct garment *garment = finder->garment;
+	uint8_t *is_free = ARENA_ZEROED(arena, finder->topology->edge_count, uint8_t);
+	struct edge_index index;
+	enum tw_status status = is_free ? index_edges(&index, arena, finder, error) : tw_fail_memory(error);
+	if (status != TW_OK)
+		return status;
 	for (uint32_t i = 0; i < finder->constraints->free_edge_count; i++) {
 		const uint32_t *pair = &finder->constraints->free_edge[2 * (size_t)i];
-		uint32_t low = pair[0] < pair[1] ? pair[0] : pair[1], high = pair[0] < pair[1] ? pair[1] : pair[0];
-		uint32_t e = low < vertices ? head[low] : GARMENT_NONE;
-		while (e != GARMENT_NONE && topology->edge_vertex[2 * (size_t)e + 1] != high)
-			e = next[e];
-		if (e == GARMENT_NONE) {
-			char where[64];
-			snprintf(where, sizeof where, "/constraints/free_edges/%u", i);
-			return tw_fail(error, TW_ERROR_INPUT, "unknown-edge", where, "no edge joins vertices %u and %u",
-				       pair[0], pair[1]);
-		}
-		is_free[e] = 1;
+		bool known = pair[0] < garment_source_count(garment) && pair[1] < garment_source_count(garment);
+		if (known && mark_edge(&index, garment_mesh_vertex(garment, pair[0]),
+				       garment_mesh_vertex(garment, pair[1]), is_free))
+			continue;
+		char where[64];
+		snprintf(where, sizeof where, "/constraints/free_edges/%u", i);
+		return tw_fail(error, TW_ERROR_INPUT, "unknown-edge", where,
+			       "no edge of the garment's file joins vertices %u and %u", pair[0], pair[1]);
 	}
 	found->edge_free = is_free;
 	return TW_OK;

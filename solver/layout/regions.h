@@ -10,8 +10,9 @@
 /* Whether there is anything to heed. */
 bool constraints_any(const struct layout_constraints *constraints);
 
-/* Fills *found; its arrays lie in the arena, those of constraints that were not given are NULL. Errors, with a JSON
- * Pointer below /constraints: "face-out-of-range", "unknown-piece", "unknown-edge" (TW_ERROR_INPUT); TW_ERROR_MEMORY.
+/* Faces and edges of the constraints are the uploaded file's: all parts of them count. Fills *found; its arrays lie in
+ * the arena, those of constraints that were not given are NULL. Errors, with a JSON Pointer below /constraints:
+ * "face-out-of-range", "unknown-piece", "unknown-edge" (TW_ERROR_INPUT); TW_ERROR_MEMORY.
  */
 enum tw_status constraints_find(struct field_constraints *found, struct arena *arena, const struct garment *garment,
 				const struct topology *topology, const struct layout_constraints *constraints,

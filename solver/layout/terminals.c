@@ -2,6 +2,7 @@
  * point inside the face, so that equal places compare equal however they were given. */
 #include "solver/layout/terminals.h"
 
+#include "solver/garment/correspondence.h"
 #include "solver/names.h"
 
 #include <stdbool.h>
@@ -137,18 +138,36 @@ static enum tw_status place_in_piece(const struct placer *placer, uint32_t index
 static enum tw_status place_at_vertex(const struct placer *placer, uint32_t index, struct place *place,
 				      struct tw_error *error)
 {
-	uint32_t vertex = placer->request->terminals[index].vertex;
-	if (vertex >= placer->garment->vertex_count)
+	uint32_t file_vertex = placer->request->terminals[index].vertex;
+	if (file_vertex >= garment_source_count(placer->garment))
 		return fail_at(index, "/vertex", "terminal-out-of-range", error,
-			       "there is no vertex %.0f: the garment has %.0f vertices, counted from 0", vertex,
-			       placer->garment->vertex_count);
-	uint32_t face = placer->vertex_face[vertex];
+			       "there is no vertex %.0f: the garment's file has %.0f vertices, counted from 0",
+			       file_vertex, garment_source_count(placer->garment));
+	uint32_t vertex = garment_mesh_vertex(placer->garment, file_vertex), face = placer->vertex_face[vertex];
 	if (face == GARMENT_NONE)
 		return fail_at(index, "/vertex", "terminal-off-fabric", error,
-			       "vertex %.0f belongs to no face, so no wire can reach it", vertex, 0);
+			       "vertex %.0f belongs to no face, so no wire can reach it", file_vertex, 0);
 	*place = (struct place){.face = face};
 	for (uint32_t k = 0; k < 3; k++)
 		place->barycentric[k] = placer->garment->face_vertex[3 * (size_t)face + k] == vertex;
+	return TW_OK;
+}
+
+static enum tw_status place_in_face(const struct placer *placer, uint32_t index, struct place *place,
+				    struct tw_error *error)
+{
+	const struct layout_terminal *terminal = &placer->request->terminals[index];
+	*place = (struct place){.face = GARMENT_NONE};
+	if (terminal->face >= garment_file_faces(placer->garment))
+		return fail_at(index, "/face", "terminal-out-of-range", error,
+			       "there is no face %.0f: the garment's file has %.0f faces, counted from 0",
+			       terminal->face, garment_file_faces(placer->garment));
+	if (!garment_place_from_file(placer->garment, terminal->face, terminal->barycentric, &place->face,
+				     place->barycentric))
+		return fail_at(index, "/face", "terminal-in-polygon", error,
+			       "face %.0f has more than three corners in the file, so that three weights name no point "
+			       "of it; give a vertex, point_mm, or piece and uv_mm",
+			       terminal->face, 0);
 	return TW_OK;
 }
 
@@ -160,13 +179,7 @@ static enum tw_status find_place(const struct placer *placer, uint32_t index, st
 	case TERMINAL_VERTEX:
 		return place_at_vertex(placer, index, place, error);
 	case TERMINAL_FACE:
-		if (terminal->face >= placer->garment->face_count)
-			return fail_at(index, "/face", "terminal-out-of-range", error,
-				       "there is no face %.0f: the garment has %.0f faces, counted from 0",
-				       terminal->face, placer->garment->face_count);
-		*place = (struct place){.face = terminal->face};
-		memcpy(place->barycentric, terminal->barycentric, sizeof place->barycentric);
-		return TW_OK;
+		return place_in_face(placer, index, place, error);
 	case TERMINAL_POINT:
 		place_point(placer->garment, terminal->point_mm, place);
 		if (place->distance > placer->snap_mm)
@@ -249,6 +262,91 @@ static void merge(struct site_set *set, const struct garment *garment, const str
 	set->site[set->count++] = *site;
 }
 
+/* Where sites lie on the pattern: those at a vertex or on a seam in more than one place. */
+struct marker {
+	const struct garment *garment;
+	const struct topology *topology;
+	struct site_set *set;
+	uint32_t *first; /* [vertex_count] the first site at each vertex, or on an edge whose lower end it is */
+	uint32_t *next;  /* [set->count] */
+};
+
+/* The site as a place of `face`; false where it does not lie there. */
+static bool place_on_face(const struct marker *marker, const struct site *site, uint32_t face, struct place *place)
+{
+	const uint32_t *corner = &marker->garment->face_vertex[3 * (size_t)face];
+	*place = (struct place){.face = face};
+	for (uint32_t k = 0; k < 3; k++) {
+		if (site->kind == SITE_VERTEX) {
+			place->barycentric[k] = corner[k] == site->vertex;
+		} else if (marker->topology->face_edge[3 * (size_t)face + k] == site->edge) {
+			bool forward = marker->topology->edge_vertex[2 * (size_t)site->edge] == corner[k];
+			place->barycentric[k] = forward ? 1 - site->along : site->along;
+			place->barycentric[(k + 1) % 3] = forward ? site->along : 1 - site->along;
+			return true;
+		}
+	}
+	return site->kind == SITE_VERTEX;
+}
+
+/* Two faces of an edge give the same point but for rounding. */
+static void add_mark(const struct garment *garment, struct site *site, const struct place *place)
+{
+	uint32_t piece = garment->face_piece[place->face];
+	struct vec2 at = place_on_pattern(garment, place);
+	for (uint32_t i = 0; i < site->mark_count; i++) {
+		if (site->mark[i].piece == piece && vec2_distance(site->mark[i].at, at) < coincident)
+			return;
+	}
+	site->mark[site->mark_count++] = (struct site_mark){piece, at};
+}
+
+/* Every site of every face that has it: counts faces into mark_count, or (`fill`) adds their marks. */
+static void visit_faces(const struct marker *marker, bool fill)
+{
+	for (size_t corner = 0; corner < 3 * (size_t)marker->garment->face_count; corner++) {
+		uint32_t vertex = marker->garment->face_vertex[corner];
+		for (uint32_t s = marker->first[vertex]; s != GARMENT_NONE; s = marker->next[s]) {
+			struct site *site = &marker->set->site[s];
+			struct place place;
+			if (!fill)
+				site->mark_count++;
+			else if (place_on_face(marker, site, (uint32_t)(corner / 3), &place))
+				add_mark(marker->garment, site, &place);
+		}
+	}
+}
+
+static enum tw_status mark_sites(struct site_set *set, struct arena *arena, const struct garment *garment,
+				 const struct topology *topology, struct tw_error *error)
+{
+	struct marker marker = {garment, topology, set, ARENA_ARRAY(arena, garment->vertex_count, uint32_t),
+				ARENA_ARRAY(arena, set->count, uint32_t)};
+	if (!marker.first || !marker.next)
+		return tw_fail_memory(error);
+	memset(marker.first, 0xff, garment->vertex_count * sizeof *marker.first);
+	for (uint32_t s = 0; s < set->count; s++) {
+		const struct site *site = &set->site[s];
+		if (site->kind == SITE_FACE)
+			continue;
+		uint32_t vertex =
+			site->kind == SITE_VERTEX ? site->vertex : topology->edge_vertex[2 * (size_t)site->edge];
+		marker.next[s] = marker.first[vertex];
+		marker.first[vertex] = s;
+	}
+	visit_faces(&marker, false);
+	for (uint32_t s = 0; s < set->count; s++) {
+		struct site *site = &set->site[s];
+		site->mark = ARENA_ARRAY(arena, (size_t)site->mark_count + 1, struct site_mark);
+		if (!site->mark)
+			return tw_fail_memory(error);
+		site->mark_count = 0;
+		add_mark(garment, site, &site->place);
+	}
+	visit_faces(&marker, true);
+	return TW_OK;
+}
+
 static enum tw_status check_components(const struct placer *placer, const struct site_set *set, struct tw_error *error)
 {
 	const uint32_t *corner = placer->garment->face_vertex, *component = placer->topology->vertex_component;
@@ -289,5 +387,6 @@ enum tw_status terminals_place(struct site_set *set, struct arena *arena, const 
 		recognise(&placer, &site);
 		merge(set, garment, &site, i);
 	}
-	return check_components(&placer, set, error);
+	enum tw_status status = check_components(&placer, set, error);
+	return status == TW_OK ? mark_sites(set, arena, garment, topology, error) : status;
 }

@@ -1,5 +1,6 @@
 /* layout.json. Lengths are millimetres with 0.1 µm, energies MPa·mm²; weights are decimal strings, because they have up
  * to 60 bits, which many JSON readers round. Short lists stand on one line. */
+#include "solver/garment/correspondence.h"
 #include "solver/layout/result.h"
 
 #include <math.h>
@@ -53,6 +54,52 @@ const char *terminal_name(const struct layout_request *request, uint32_t termina
 	return buffer;
 }
 
+static void add_weights(struct text *text, const char *key, const double weights[3])
+{
+	text_format(text, ",\"%s\":", key);
+	for (int k = 0; k < 3; k++) {
+		text_add(text, k ? "," : "[");
+		text_number(text, weights[k], SHARE_DECIMALS);
+	}
+	text_add(text, "]");
+}
+
+/* In the file's numbers, as a request gives it, and in the mesh's. */
+static void add_indices(const struct layout_result *result, uint32_t terminal, const struct site *site,
+			struct text *text)
+{
+	const struct garment *garment = result->input->garment;
+	const struct layout_terminal *asked = &result->input->request->terminals[terminal];
+	double weights[3];
+	uint32_t face = 0;
+	if (site->kind == SITE_VERTEX) {
+		uint32_t vertex =
+			asked->kind == TERMINAL_VERTEX ? asked->vertex : garment_file_vertex(garment, site->vertex);
+		if (vertex != GARMENT_NONE)
+			text_format(text, ",\"vertex\":%u", vertex);
+		text_format(text, ",\"mesh_vertex\":%u", site->vertex);
+	}
+	bool triangle = garment_place_to_file(garment, site->place.face, site->place.barycentric, &face, weights);
+	text_format(text, ",\"face\":%u", face);
+	if (triangle)
+		add_weights(text, "barycentric", weights);
+	text_format(text, ",\"mesh_face\":%u", site->place.face);
+	add_weights(text, "mesh_barycentric", site->place.barycentric);
+}
+
+static void add_marks(const struct garment *garment, const struct site *site, struct text *text)
+{
+	text_add(text, ",\"on_pattern\":[");
+	for (uint32_t i = 0; i < site->mark_count; i++) {
+		text_add(text, i ? ",{\"piece\":" : "{\"piece\":");
+		text_json(text, garment->piece_name[site->mark[i].piece]);
+		text_add(text, ",\"uv_mm\":");
+		add_point(text, site->mark[i].at);
+		text_add(text, "}");
+	}
+	text_add(text, "]");
+}
+
 static void add_site(const struct layout_result *result, uint32_t terminal, struct text *text)
 {
 	const struct garment *garment = result->input->garment;
@@ -62,17 +109,12 @@ static void add_site(const struct layout_result *result, uint32_t terminal, stru
 	place_on_worn(garment, &site->place, point);
 	text_add(text, "\n    {\"name\":");
 	text_json(text, terminal_name(result->input->request, terminal, buffer));
-	if (site->kind == SITE_VERTEX)
-		text_format(text, ",\"vertex\":%u", site->vertex);
-	text_format(text, ",\"face\":%u,\"barycentric\":[", site->place.face);
-	for (int k = 0; k < 3; k++) {
-		text_add(text, k ? "," : "");
-		text_number(text, site->place.barycentric[k], SHARE_DECIMALS);
-	}
-	text_add(text, "],\"piece\":");
+	add_indices(result, terminal, site, text);
+	text_add(text, ",\"piece\":");
 	text_json(text, garment->piece_name[garment->face_piece[site->place.face]]);
 	text_add(text, ",\"uv_mm\":");
 	add_point(text, place_on_pattern(garment, &site->place));
+	add_marks(garment, site, text);
 	text_add(text, ",\"point_mm\":");
 	add_point3(text, point);
 	if (result->sites->snapped_mm[terminal] > 0)
@@ -148,6 +190,29 @@ static void add_branch_end(const struct solved *solved, uint32_t end, const stru
 		text_format(text, "{\"terminal\":%u}", result->sites->site[site].terminal);
 }
 
+/* The tree's path from node to node, in the file's numbers or the mesh's. */
+static void add_path(const struct layout_result *result, const struct branch *branch, const char *key, bool in_file,
+		     struct text *text)
+{
+	const struct garment *garment = result->input->garment;
+	text_format(text, ",\n       \"%s\":[", key);
+	for (uint32_t i = 0; i <= branch->edge_count; i++) {
+		uint32_t node = branch->node[i];
+		text_add(text, i ? "," : "");
+		if (node >= garment->vertex_count) {
+			uint32_t site = result->network->extra_site[node - garment->vertex_count];
+			text_format(text, "{\"terminal\":%u}", result->sites->site[site].terminal);
+			continue;
+		}
+		uint32_t vertex = in_file ? garment_file_vertex(garment, node) : node;
+		if (vertex == GARMENT_NONE)
+			text_add(text, "null");
+		else
+			text_format(text, "%u", vertex);
+	}
+	text_add(text, "]");
+}
+
 static void add_branch(const struct layout_result *result, const struct solved *solved, uint32_t index,
 		       struct text *text)
 {
@@ -159,12 +224,9 @@ static void add_branch(const struct layout_result *result, const struct solved *
 	add_branch_end(solved, branch->end[1], result, text);
 	text_add(text, ",");
 	add_branch_figures(result, &solved->metrics.branch[index], text);
-	/* Nodes that are no vertices are terminals inside a face: the ends of a branch. */
-	text_add(text, ",\n       \"tree_vertices\":[");
-	for (uint32_t i = 0, written = 0; i <= branch->edge_count; i++)
-		if (branch->node[i] < result->input->garment->vertex_count)
-			text_format(text, "%s%u", written++ ? "," : "", branch->node[i]);
-	text_add(text, "],\n       \"spans\":[");
+	add_path(result, branch, "tree_vertices", true, text);
+	add_path(result, branch, "tree_mesh_vertices", false, text);
+	text_add(text, ",\n       \"spans\":[");
 	for (uint32_t s = 0; s < wire->span_count; s++) {
 		text_add(text, s ? "," : "");
 		add_span(result, &wire->span[s], text);
@@ -276,8 +338,11 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	add_options(text, &layout_option_table, &input->request->options);
 	text_add(text, ",\n  \"field\":");
 	add_options(text, &field_option_table, &result->field->options);
-	text_format(text, ",\n  \"garment\":{\"vertices\":%u,\"faces\":%u,\"pieces\":%u}", input->garment->vertex_count,
-		    input->garment->face_count, input->garment->piece_count);
+	text_format(text,
+		    ",\n  \"garment\":{\"vertices\":%u,\"faces\":%u,\"file_vertices\":%u,\"file_faces\":%u,"
+		    "\"pieces\":%u}",
+		    input->garment->vertex_count, input->garment->face_count, garment_source_count(input->garment),
+		    garment_file_faces(input->garment), input->garment->piece_count);
 	text_add(text, ",\n  \"rules\":{\"minimum_radius_mm\":");
 	text_number(text, result->rules->minimum_radius_mm, MM_DECIMALS);
 	add_number(text, "tolerance_mm", result->rules->tolerance_mm, MM_DECIMALS);

@@ -1,4 +1,5 @@
-/* One terminal set of the dynamic program: from start labels to the labels that an optimum could use. For dp.c and its helpers only. */
+/* One terminal set of the dynamic program: from start labels to the labels that an optimum could use. For dp.c and its
+ * helpers only. */
 #ifndef SOLVER_STEINER_PROGRAM_GROW_H
 #define SOLVER_STEINER_PROGRAM_GROW_H
 

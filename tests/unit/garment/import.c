@@ -443,8 +443,10 @@ static void refined_garment_survives_storage(void **state)
 	f->options.refinement = REFINE_MIDPOINT;
 	assert_imports(f, TWO_PIECES);
 	struct tw_array arrays[GARMENT_ARRAYS];
+	struct topology topology;
 	size_t count = 0;
-	assert_int_equal(garment_to_arrays(&f->garment, f->arena, arrays, &count, &f->error), TW_OK);
+	assert_int_equal(topology_build(&topology, f->arena, &f->garment, &f->error), TW_OK);
+	assert_int_equal(garment_to_arrays(&f->garment, &topology, f->arena, arrays, &count, &f->error), TW_OK);
 	assert_int_equal(count, GARMENT_ARRAYS);
 	struct garment again;
 	assert_int_equal(garment_from_arrays(&again, f->arena, arrays, count, &f->error), TW_OK);

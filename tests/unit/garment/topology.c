@@ -186,8 +186,10 @@ static void arrays_give_the_same_garment_back(void **state)
 	struct fixture *f = *state;
 	make_random(f, 7);
 	struct tw_array arrays[GARMENT_ARRAYS];
+	struct topology t;
 	size_t count = 0;
-	assert_int_equal(garment_to_arrays(&f->garment, f->arena, arrays, &count, NULL), TW_OK);
+	assert_int_equal(topology_build(&t, f->arena, &f->garment, NULL), TW_OK);
+	assert_int_equal(garment_to_arrays(&f->garment, &t, f->arena, arrays, &count, NULL), TW_OK);
 	struct garment again;
 	assert_int_equal(garment_from_arrays(&again, f->arena, arrays, count, NULL), TW_OK);
 	assert_int_equal(again.vertex_count, f->garment.vertex_count);
@@ -206,8 +208,10 @@ static void damaged_arrays_are_errors(void **state)
 	make_random(f, 7);
 	for (size_t broken = 0; broken < 6; broken++) {
 		struct tw_array arrays[GARMENT_ARRAYS];
+		struct topology t;
 		size_t count = 0;
-		assert_int_equal(garment_to_arrays(&f->garment, f->arena, arrays, &count, NULL), TW_OK);
+		assert_int_equal(topology_build(&t, f->arena, &f->garment, NULL), TW_OK);
+		assert_int_equal(garment_to_arrays(&f->garment, &t, f->arena, arrays, &count, NULL), TW_OK);
 		arrays[broken].rows =
 			broken == 5 ? 3 : 2; /* indexes now point outside, faces disagree, a name has no end */
 		struct garment again;
