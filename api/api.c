@@ -7,6 +7,7 @@
 #include "api/key.h"
 #include "api/problem.h"
 #include "api/resource.h"
+#include "storage/jobs.h"
 
 #include <pthread.h>
 #include <sodium.h>

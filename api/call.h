@@ -7,7 +7,7 @@
 #include "api/query.h"
 #include "api/route.h"
 #include "api/upload.h"
-#include "storage/resource.h"
+#include "storage/resources.h"
 
 struct api_call {
 	struct api *api;

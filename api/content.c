@@ -65,7 +65,7 @@ enum tw_status content_respond(struct api_call *call, enum resource_kind kind, e
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (!status)
 		status = resource_find(call, kind, &resource, error);
-	if (!status && resource.job.state != JOB_SUCCEEDED)
+	if (!status && !job_state_has_result(resource.job.state))
 		status = tw_fail(error, TW_ERROR_CONFLICT, "not-computed", NULL,
 				 "this is %s; its results are not there", job_state_name(resource.job.state));
 	if (!status)

@@ -3,6 +3,7 @@
  * and clients see that the connection lives. */
 #include "api/handlers.h"
 #include "api/job_view.h"
+#include "storage/jobs.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,6 +2,7 @@
 #include "api/job_view.h"
 #include "api/page.h"
 #include "api/resource.h"
+#include "storage/jobs.h"
 
 static enum tw_status respond_job(struct api_call *call, struct tw_error *error)
 {

@@ -58,9 +58,9 @@ enum tw_status job_states_parse(const char *text, unsigned *states, struct tw_er
 		if (length < sizeof word)
 			memcpy(word, text, length);
 		if (!job_state_by_name(word, &state))
-			return tw_fail(
-				error, TW_ERROR_INPUT, "invalid-parameter", "state",
-				"state is a list of queued, running, succeeded, failed and cancelled, with commas");
+			return tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "state",
+				       "state is a list of queued, running, succeeded, failed, cancelled and "
+				       "incomplete, with commas");
 		*states |= 1u << state;
 		text += length + (text[length] == ',');
 	}

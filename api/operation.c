@@ -1,6 +1,7 @@
 /* Whether the service lives, whether it is ready, how it does, and what it offers. */
 #include "api/handlers.h"
 #include "api/header.h"
+#include "storage/jobs.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,12 +2,12 @@
 #ifndef STORAGE_ADDRESS_H
 #define STORAGE_ADDRESS_H
 
-#include "storage/blob.h"
+#include "storage/content_hash.h"
 #include "storage/resource.h"
 
-/* BLAKE2b-256 of kind, options, needs, uploads (part, file type, bytes' hash) and, where it shows in the result, name.
+/* The hash of kind, options, needs, uploads (part, file type, bytes' hash) and, where it shows in the result, name.
  * TW_ERROR_NOT_FOUND "no-such-upload", TW_ERROR_CONFLICT "upload-not-sealed" | "upload-used". */
-enum tw_status address_of_draft(struct store *store, const struct resource_draft *draft,
-				uint8_t address[BLOB_HASH_SIZE], struct tw_error *error) TW_NODISCARD;
+enum tw_status address_of_draft(struct store *store, const struct resource_draft *draft, struct content_hash *address,
+				struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -5,10 +5,11 @@
 #ifndef STORAGE_BLOB_H
 #define STORAGE_BLOB_H
 
+#include "storage/content_hash.h"
 #include "storage/store.h"
 
 #define BLOB_CHUNK (1u << 20)
-#define BLOB_HASH_SIZE 32
+#define BLOB_HASH_SIZE CONTENT_HASH_SIZE
 #define BLOB_NAME_SIZE 128
 
 enum blob_role {

@@ -1,6 +1,7 @@
 /* The bench rig's state, and recordings: samples packed little-endian, a batch of them a row. */
 #include "storage/recording.h"
 
+#include "storage/job_state.h"
 #include "storage/row.h"
 
 #include <stdlib.h>
@@ -93,7 +94,7 @@ static enum tw_status append(struct store *store, const struct job_ticket *ticke
 			     size_t count, double progress, bool *cancel, struct tw_error *error)
 {
 	int64_t resource = 0;
-	enum tw_status status = row_renew_lease(store, ticket, progress, NULL, NULL, cancel, error);
+	enum tw_status status = job_state_renew(store, ticket, progress, NULL, NULL, cancel, error);
 	if (status == TW_OK)
 		status = row_find_resource(store, ticket->resource_id, &resource, error);
 	while (status == TW_OK && count) {

@@ -37,28 +37,4 @@ uint32_t row_page_limit(uint32_t limit);
 enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number,
 				 struct tw_error *error) TW_NODISCARD;
 
-/* What the queue's and the resources' files share; all inside a transaction of the caller. */
-
-/* Ends a job. Succeeded: what waited for it may go on. Failed or cancelled: what waited for it fails. */
-enum tw_status row_end_job(struct store *store, int64_t job, enum job_state state, const struct tw_error *failure,
-			   struct tw_error *error) TW_NODISCARD;
-
-/* Queues a failed or cancelled job again, with those it needs. */
-enum tw_status row_redrive(struct store *store, int64_t job, struct tw_error *error) TW_NODISCARD;
-
-/* Counts again what queued jobs wait for: of `resource`, and of everything it is made from. */
-enum tw_status row_count_needs(struct store *store, int64_t resource, struct tw_error *error) TW_NODISCARD;
-
-/* Fails with "lease-lost". */
-static inline enum tw_status row_fail_lost(const struct job_ticket *ticket, struct tw_error *error)
-{
-	return tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
-		       "the lease on %s ran out or the job was removed; its result is not wanted any more",
-		       ticket->job_id);
-}
-
-/* Renews a lease; `stage` and `partial` may be NULL. TW_ERROR_CONFLICT "lease-lost". */
-enum tw_status row_renew_lease(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
-			       const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
-
 #endif

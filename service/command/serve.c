@@ -12,7 +12,7 @@
 #include "service/daemon/supervisor.h"
 #include "service/log.h"
 #include "service/worker/worker.h"
-#include "storage/job.h"
+#include "storage/queue.h"
 
 #include <poll.h>
 #include <signal.h>

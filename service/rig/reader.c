@@ -1,8 +1,8 @@
 #include "service/rig/reader.h"
 
 #include "api/recording.h"
-#include "storage/job.h"
-#include "storage/resource.h"
+#include "storage/queue.h"
+#include "storage/resources.h"
 
 #include <stdlib.h>
 #include <string.h>

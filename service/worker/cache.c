@@ -2,7 +2,7 @@
 #include "service/worker/cache.h"
 
 #include "storage/blob.h"
-#include "storage/resource.h"
+#include "storage/resources.h"
 
 #include <assert.h>
 #include <stdlib.h>

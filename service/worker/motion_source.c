@@ -2,7 +2,7 @@
 #include "service/worker/motion_source.h"
 
 #include "solver/motion/options.h"
-#include "storage/resource.h"
+#include "storage/resources.h"
 
 #include <string.h>
 

@@ -6,7 +6,7 @@
 #ifndef SERVICE_WORKER_PULSE_H
 #define SERVICE_WORKER_PULSE_H
 
-#include "storage/job.h"
+#include "storage/queue.h"
 
 #include <stdbool.h>
 

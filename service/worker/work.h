@@ -6,7 +6,8 @@
 #include "service/worker/cache.h"
 #include "service/worker/pulse.h"
 #include "solver/arena.h"
-#include "storage/resource.h"
+#include "storage/resources.h"
+#include "storage/result.h"
 
 #include <jansson.h>
 

@@ -7,6 +7,7 @@
 
 #include "service/log.h"
 #include "service/worker/work.h"
+#include "storage/jobs.h"
 
 #include <errno.h>
 #include <limits.h>

@@ -1,5 +1,6 @@
 /* The queue: what an order costs from being taken to being answered, without any computation: durable on both ends. */
-#include "storage/resource.h"
+#include "storage/queue.h"
+#include "storage/resources.h"
 
 #include "tests/bench/bench.h"
 

@@ -73,7 +73,7 @@ async function record(duration_s, name) {
 const ended = (location) =>
   until('the recording to end', async () => {
     const it = await get(location);
-    return ['succeeded', 'failed', 'cancelled'].includes(it.state) && it;
+    return ['succeeded', 'failed', 'cancelled', 'incomplete'].includes(it.state) && it;
   });
 
 function startRig(device) {

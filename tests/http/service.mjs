@@ -89,7 +89,7 @@ export class Service {
       `${path} has ended`,
       async () => {
         const { json } = await this.get(path);
-        return ['succeeded', 'failed', 'cancelled'].includes(json.state) && json;
+        return ['succeeded', 'failed', 'cancelled', 'incomplete'].includes(json.state) && json;
       },
       seconds,
     );

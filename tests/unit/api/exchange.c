@@ -2,7 +2,7 @@
 #include "api/api.h"
 
 #include "api/route.h"
-#include "storage/resource.h"
+#include "storage/resources.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -11,7 +11,9 @@
 #include <cmocka.h>
 
 #include "storage/blob.h"
-#include "storage/resource.h"
+#include "storage/jobs.h"
+#include "storage/queue.h"
+#include "storage/resources.h"
 #include "storage/store.h"
 
 #include <sqlite3.h>

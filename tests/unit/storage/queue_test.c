@@ -38,8 +38,7 @@ static void claim_takes_only_the_kinds_asked_for(void **state)
 	struct job_ticket ticket;
 	bool found;
 	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
-	ok(f, job_claim(f->store, JOB_KINDS_ALL & ~JOB_KIND_BIT(JOB_RECORD), "w", 5000, &ticket, &found,
-			&f->error));
+	ok(f, job_claim(f->store, JOB_KINDS_ALL & ~JOB_KIND_BIT(JOB_RECORD), "w", 5000, &ticket, &found, &f->error));
 	assert_false(found);
 	ok(f, job_claim(f->store, JOB_KIND_BIT(JOB_RECORD), "rig", 5000, &ticket, &found, &f->error));
 	assert_true(found);
@@ -226,6 +225,32 @@ static void a_queued_job_is_cancelled_at_once_and_a_running_one_is_asked(void **
 }
 
 /* The worker died before it could obey. */
+/* The job is over before a heartbeat could have told the worker. */
+static void a_cancel_that_comes_before_the_end_wins(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE], dependent[STORE_ID_SIZE];
+	enum job_state after;
+	struct job_artifact artifact = {"layout.json", "application/json", "{}", 2};
+	struct job_result result = {.summary = "{}", .artifacts = &artifact, .artifact_count = 1};
+	fixture_create(f, RESOURCE_FIELD, NULL, NULL, NULL, id);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, id, NULL, dependent);
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	assert_int_equal(after, JOB_RUNNING);
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	assert_int_equal(fixture_state(f, RESOURCE_FIELD, id), JOB_CANCELLED);
+	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, dependent), JOB_FAILED);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM resource WHERE summary IS NOT NULL"), 0);
+	/* And one that comes after it is too late, and says so. */
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	ticket = fixture_claim(f);
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	refused(f, job_cancel(f->store, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT, "job-finished");
+	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_SUCCEEDED);
+}
+
 static void a_cancelled_job_is_not_tried_again(void **state)
 {
 	struct fixture *f = *state;
@@ -408,6 +433,7 @@ int main(void)
 		TEST(a_job_waits_for_what_it_is_made_from),
 		TEST(a_failure_fails_all_that_waits_and_a_redrive_lifts_it),
 		TEST(a_queued_job_is_cancelled_at_once_and_a_running_one_is_asked),
+		TEST(a_cancel_that_comes_before_the_end_wins),
 		TEST(a_cancelled_job_is_not_tried_again),
 		TEST(only_a_failed_or_cancelled_job_is_redriven),
 		TEST(every_change_is_seen_once_in_order),

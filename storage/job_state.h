@@ -1,0 +1,72 @@
+/* How a job changes state: every statement that writes a state, a lease or what a job waits for stands in job_state.c.
+ * job.h draws the states. Internal to this folder; each function here works inside the caller's transaction. */
+#ifndef STORAGE_JOB_STATE_H
+#define STORAGE_JOB_STATE_H
+
+#include "storage/job.h"
+
+#include <assert.h>
+
+/* The states in statements: literals rather than parameters, because partial indices are used for literals only. */
+#define SQL_QUEUED "0/*queued*/"
+#define SQL_RUNNING "1/*running*/"
+#define SQL_SUCCEEDED "2/*succeeded*/"
+#define SQL_FAILED "3/*failed*/"
+#define SQL_CANCELLED "4/*cancelled*/"
+#define SQL_INCOMPLETE "5/*incomplete*/"
+static_assert(JOB_QUEUED == 0 && JOB_RUNNING == 1 && JOB_SUCCEEDED == 2 && JOB_FAILED == 3 && JOB_CANCELLED == 4 &&
+		      JOB_INCOMPLETE == 5 && JOB_STATES == 6,
+	      "the literals above");
+
+/* Ended without the result that others wait for. */
+#define SQL_UNSUCCESSFUL "(" SQL_FAILED ", " SQL_CANCELLED ", " SQL_INCOMPLETE ")"
+/* Ended so that it may be tried again. */
+#define SQL_REDRIVABLE "(" SQL_FAILED ", " SQL_CANCELLED ")"
+
+/* A running job, as far as ending it has to know it. */
+struct job_run {
+	int64_t number;
+	int64_t attempts, attempts_max;
+	bool cancel_requested;
+};
+
+/* A new job of the resource that has this number, queued; waiting for what the resource is made from. */
+enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kind kind, int32_t priority,
+			     uint32_t attempts_max, struct tw_error *error) TW_NODISCARD;
+
+/* queued → running: an attempt, with a lease of ticket->lease_ms from `now_ms` and a new fence. Fills the rest of the
+ * ticket. */
+enum tw_status job_state_take(struct store *store, int64_t job, const char *worker, int64_t now_ms,
+			      struct job_ticket *ticket, struct tw_error *error) TW_NODISCARD;
+
+/* Whether the ticket still holds its job: it is running with the ticket's fence. TW_ERROR_CONFLICT "lease-lost". */
+enum tw_status job_state_check(struct store *store, const struct job_ticket *ticket, struct job_run *run,
+			       struct tw_error *error) TW_NODISCARD;
+
+/* running → running: a longer lease. `stage` and `partial` may be NULL: unchanged. TW_ERROR_CONFLICT "lease-lost". */
+enum tw_status job_state_renew(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
+			       const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
+
+/* running → queued, to be claimed from `not_before_ms` on. `attempts_back` is 1 when the attempt does not count. */
+enum tw_status job_state_put_back(struct store *store, int64_t job, int attempts_back, int64_t not_before_ms,
+				  struct tw_error *error) TW_NODISCARD;
+
+/* running → queued, or failed with "attempts-exhausted", or cancelled: its lease ran out. */
+enum tw_status job_state_expire(struct store *store, const struct job_run *run, struct tw_error *error) TW_NODISCARD;
+
+/* The leases of a worker run out now. */
+enum tw_status job_state_abandon(struct store *store, const char *worker, struct tw_error *error) TW_NODISCARD;
+
+/* queued or running → a final state. Succeeded: what waited for it may go on; else what waited for it fails. `failure`
+ * counts for failed only, and may be NULL. */
+enum tw_status job_state_end(struct store *store, int64_t job, enum job_state state, const struct tw_error *failure,
+			     struct tw_error *error) TW_NODISCARD;
+
+/* A running job is asked to stop: however it ends from now on, it ends as cancelled. */
+enum tw_status job_state_ask_to_stop(struct store *store, int64_t job, struct tw_error *error) TW_NODISCARD;
+
+/* failed or cancelled → queued, with fresh attempts, together with those failed or cancelled jobs whose resources it
+ * needs. */
+enum tw_status job_state_redrive(struct store *store, int64_t job, struct tw_error *error) TW_NODISCARD;
+
+#endif

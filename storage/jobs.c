@@ -1,0 +1,167 @@
+#include "storage/jobs.h"
+
+#include "storage/job_state.h"
+#include "storage/row.h"
+
+#include <string.h>
+
+static enum tw_status no_such_job(const char *id, struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-job", NULL, "there is no job %.64s", id);
+}
+
+enum tw_status job_get(struct store *store, const char *id, struct job *job, struct tw_error *error)
+{
+	struct sql q =
+		sql_query(store, "SELECT " ROW_JOB_COLUMNS " FROM job j LEFT JOIN resource r ON r.number = j.resource"
+				 " WHERE j.id = ?");
+	sql_bind_text(&q, id);
+	bool found = sql_step(&q);
+	if (found)
+		row_read_job(&q, job);
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK && found)
+		job_clear(job);
+	return status == TW_OK && !found ? no_such_job(id, error) : status;
+}
+
+static void read_job(struct sql *q, void *job)
+{
+	row_read_job(q, job);
+}
+
+/* One row more than `limit` has been asked for where `ahead` is set: it tells whether there is another page. */
+static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struct job_page *page,
+				struct tw_error *error)
+{
+	struct row_page read;
+	enum tw_status status = row_read_page(q, limit, sizeof *page->jobs, read_job, &read, error);
+	*page = (struct job_page){read.rows, read.count, ahead && !read.more ? 0 : read.last};
+	if (status != TW_OK)
+		job_page_clear(page);
+	return status;
+}
+
+enum tw_status job_list(struct store *store, const struct job_query *query, struct job_page *page,
+			struct tw_error *error)
+{
+	uint32_t limit = row_page_limit(query->limit);
+	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS
+					" FROM job j LEFT JOIN resource r ON r.number = j.resource WHERE j.number < ?1"
+					" AND (?2 = 0 OR ?2 >> j.kind & 1) AND (?3 = 0 OR ?3 >> j.state & 1)"
+					" ORDER BY j.number DESC LIMIT ?4");
+	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
+	sql_bind_int(&q, query->kinds);
+	sql_bind_int(&q, query->states);
+	sql_bind_int(&q, limit + 1);
+	return read_page(&q, limit, true, page, error);
+}
+
+static enum tw_status newest_change(struct store *store, int64_t *change, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT value FROM change");
+	*change = sql_step(&q) ? sql_int(&q) : 0;
+	return sql_end(&q, error);
+}
+
+enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, struct job_page *page,
+			   struct tw_error *error)
+{
+	if (since < 0) {
+		memset(page, 0, sizeof *page);
+		return newest_change(store, &page->next, error);
+	}
+	limit = row_page_limit(limit);
+	struct sql q = sql_query(store, "SELECT j.change, " ROW_JOB_COLUMNS
+					" FROM job j LEFT JOIN resource r ON r.number = j.resource"
+					" WHERE j.change > ? ORDER BY j.change LIMIT ?");
+	sql_bind_int(&q, since);
+	sql_bind_int(&q, limit);
+	enum tw_status status = read_page(&q, limit, false, page, error);
+	if (status == TW_OK && page->count == 0)
+		page->next = since;
+	return status;
+}
+
+enum tw_status job_count(struct store *store, struct job_counts *counts, struct tw_error *error)
+{
+	memset(counts, 0, sizeof *counts);
+	struct sql q = sql_query(store, "SELECT state, count(*) FROM job GROUP BY state");
+	while (sql_step(&q)) {
+		int64_t state = sql_int(&q);
+		if (state >= 0 && state < JOB_STATES)
+			counts->by_state[state] = (uint64_t)sql_int(&q);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK)
+		return status;
+	int64_t now_ms = store_now_ms(store);
+	q = sql_query(store, "SELECT min(created_ms) FROM job WHERE state = " SQL_QUEUED " AND waiting_for = 0");
+	int64_t oldest_ms = sql_step(&q) ? sql_int(&q) : 0;
+	if (oldest_ms && oldest_ms < now_ms)
+		counts->oldest_ms = now_ms - oldest_ms;
+	return sql_end(&q, error);
+}
+
+/* A job by id, as far as cancelling and redriving have to know it. */
+static enum tw_status find_job(struct store *store, const char *id, int64_t *number, enum job_state *state,
+			       struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number, state FROM job WHERE id = ?");
+	sql_bind_text(&q, id);
+	bool found = sql_step(&q);
+	if (found) {
+		*number = sql_int(&q);
+		*state = (enum job_state)sql_int(&q);
+	}
+	enum tw_status status = sql_end(&q, error);
+	return status == TW_OK && !found ? no_such_job(id, error) : status;
+}
+
+static enum tw_status cancel_one(struct store *store, const char *id, enum job_state *state, struct tw_error *error)
+{
+	int64_t number = 0;
+	enum tw_status status = find_job(store, id, &number, state, error);
+	if (status != TW_OK)
+		return status;
+	if (job_state_is_final(*state))
+		return tw_fail(error, TW_ERROR_CONFLICT, "job-finished", NULL,
+			       "the job %.64s has %s and cannot be cancelled", id,
+			       *state == JOB_CANCELLED ? "been cancelled" : job_state_name(*state));
+	if (*state == JOB_RUNNING)
+		return job_state_ask_to_stop(store, number, error);
+	*state = JOB_CANCELLED;
+	return job_state_end(store, number, JOB_CANCELLED, NULL, error);
+}
+
+enum tw_status job_cancel(struct store *store, const char *id, enum job_state *state, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = cancel_one(store, id, state, error);
+	return transaction_end(store, status, error);
+}
+
+static enum tw_status redrive_one(struct store *store, const char *id, struct tw_error *error)
+{
+	int64_t number = 0;
+	enum job_state state = JOB_QUEUED;
+	enum tw_status status = find_job(store, id, &number, &state, error);
+	if (status != TW_OK)
+		return status;
+	if (state != JOB_FAILED && state != JOB_CANCELLED)
+		return tw_fail(error, TW_ERROR_CONFLICT, "job-not-failed", NULL,
+			       "the job %.64s is %s; only a failed or cancelled job can be redriven", id,
+			       job_state_name(state));
+	return job_state_redrive(store, number, error);
+}
+
+enum tw_status job_redrive(struct store *store, const char *id, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = redrive_one(store, id, error);
+	return transaction_end(store, status, error);
+}

@@ -1,0 +1,41 @@
+/* The queue as workers see it: claim, heartbeat, and the ways to end. job.h draws the states.
+ *
+ * Exactly once: a claim gives a lease and a fence, a number that grows with every claim of the job. Whatever a worker
+ * writes about a job names its fence; once the lease has run out and somebody else has claimed, the old fence is
+ * refused with TW_ERROR_CONFLICT "lease-lost", so a result is written by one worker only, in the transaction that ends
+ * the job. A worker that dies leaves nothing but a lease that runs out. */
+#ifndef STORAGE_QUEUE_H
+#define STORAGE_QUEUE_H
+
+#include "storage/job.h"
+#include "storage/result.h"
+
+/* Takes the most urgent job (highest priority, then oldest) of the kinds, for `lease_ms`. Leases that have run out are
+ * put back first. `*found` false when there is none. An idle call takes no write lock. */
+enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker, int64_t lease_ms,
+			 struct job_ticket *ticket, bool *found, struct tw_error *error) TW_NODISCARD;
+
+/* Renews the lease and tells progress. `stage` and `partial` (JSON) may be NULL: unchanged. `*cancel` is set when
+ * somebody asked the job to stop. TW_ERROR_CONFLICT "lease-lost". */
+enum tw_status job_heartbeat(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
+			     const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
+
+/* Writes the result and ends the job, in one durable transaction; wakes what waited for it. Where somebody asked the
+ * job to stop before that, it ends as cancelled and the result is dropped. TW_ERROR_CONFLICT "lease-lost", and then
+ * nothing is written. */
+enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, const struct job_result *result,
+			  struct tw_error *error) TW_NODISCARD;
+
+/* Ends the job as failed because of `failure`. With `retry` it goes back to the queue, after a pause that doubles with
+ * each attempt, unless its attempts are used. TW_ERROR_CANCELLED as the failure's status ends it as cancelled. */
+enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,
+			bool retry, struct tw_error *error) TW_NODISCARD;
+
+/* Gives an unfinished job back, and the attempt with it: the worker is asked to leave. */
+enum tw_status job_release(struct store *store, const struct job_ticket *ticket, struct tw_error *error) TW_NODISCARD;
+
+/* Ends the leases of a worker that is known to be dead, so that nobody waits for them to run out. For the supervisor.
+ */
+enum tw_status job_abandon(struct store *store, const char *worker, struct tw_error *error) TW_NODISCARD;
+
+#endif

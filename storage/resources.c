@@ -1,0 +1,378 @@
+/* Resources: creating them with their job, reading, removing. */
+#include "storage/resources.h"
+
+#include "storage/address.h"
+#include "storage/chunk.h"
+#include "storage/id.h"
+#include "storage/job_state.h"
+#include "storage/row.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ATTEMPTS_DEFAULT = 3 };
+
+/* --- reading ---------------------------------------------------------------------------------------------------- */
+
+static enum tw_status read_by_id(struct store *store, int kind, const char *id, struct resource *resource,
+				 struct tw_error *error)
+{
+	struct sql q =
+		sql_query(store, "SELECT " ROW_RESOURCE_COLUMNS " FROM resource r JOIN job j ON j.resource = r.number"
+				 " WHERE r.id = ?1 AND (?2 < 0 OR r.kind = ?2)");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	bool found = sql_step(&q);
+	if (found)
+		row_read_resource(&q, resource);
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK && found)
+		resource_clear(resource);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL, "there is no %s %.64s",
+				 kind < 0 ? "resource" : resource_kind_name((enum resource_kind)kind), id);
+	return status;
+}
+
+enum tw_status resource_get(struct store *store, enum resource_kind kind, const char *id, struct resource *resource,
+			    struct tw_error *error)
+{
+	return read_by_id(store, (int)kind, id, resource, error);
+}
+
+static void read_resource(struct sql *q, void *resource)
+{
+	row_read_resource(q, resource);
+}
+
+enum tw_status resource_list(struct store *store, const struct resource_query *query, struct resource_page *page,
+			     struct tw_error *error)
+{
+	struct row_page read;
+	uint32_t limit = row_page_limit(query->limit);
+	struct sql q =
+		query->needs ? sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
+						" FROM resource r JOIN job j ON j.resource = r.number"
+						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
+						" AND r.number IN (SELECT n.resource FROM need n JOIN resource m ON "
+						"m.number = n.needed"
+						"  WHERE m.id = ?5) ORDER BY r.number DESC LIMIT ?4")
+			     : sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
+						" FROM resource r JOIN job j ON j.resource = r.number"
+						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
+						" ORDER BY r.number DESC LIMIT ?4");
+	sql_bind_int(&q, query->kind);
+	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
+	sql_bind_int(&q, query->states);
+	sql_bind_int(&q, limit + 1);
+	if (query->needs)
+		sql_bind_text(&q, query->needs);
+	enum tw_status status = row_read_page(&q, limit, sizeof *page->resources, read_resource, &read, error);
+	*page = (struct resource_page){read.rows, read.count, read.more ? read.last : 0};
+	if (status != TW_OK)
+		resource_page_clear(page);
+	return status;
+}
+
+enum tw_status resource_needs(struct store *store, const char *id, enum resource_kind kind, char (**ids)[STORE_ID_SIZE],
+			      size_t *count, struct tw_error *error)
+{
+	char(*list)[STORE_ID_SIZE] = NULL;
+	size_t used = 0;
+	size_t room = 0;
+	struct sql q = sql_query(store, "SELECT m.id FROM resource r JOIN need n ON n.resource = r.number"
+					" JOIN resource m ON m.number = n.needed WHERE r.id = ? AND m.kind = ?"
+					" ORDER BY n.position");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	while (sql_step(&q)) {
+		if (used == room) {
+			room = room ? 2 * room : 8;
+			void *more = realloc(list, room * sizeof *list);
+			if (!more) {
+				q.code = SQLITE_NOMEM;
+				break;
+			}
+			list = more;
+		}
+		sql_copy_text(&q, list[used++], STORE_ID_SIZE);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status != TW_OK) {
+		free(list);
+		return status;
+	}
+	*ids = list;
+	*count = used;
+	return TW_OK;
+}
+
+/* --- creating, inside one transaction --------------------------------------------------------------------------- */
+
+static enum tw_status discard_uploads(struct store *store, const struct resource_draft *draft, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
+		struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND resource IS NULL");
+		sql_bind_text(&q, draft->uploads[i]);
+		status = sql_run(&q, NULL, error);
+	}
+	return status;
+}
+
+static enum tw_status take_uploads(struct store *store, int64_t resource, const struct resource_draft *draft,
+				   struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
+		struct sql q = sql_query(store, "UPDATE blob SET resource = ? WHERE upload = ?");
+		sql_bind_int(&q, resource);
+		sql_bind_text(&q, draft->uploads[i]);
+		status = sql_run(&q, NULL, error);
+	}
+	return status;
+}
+
+static enum tw_status refuse_failed_need(struct store *store, int64_t resource, struct tw_error *error)
+{
+	struct sql q = sql_query(
+		store, "SELECT r.id, j.failure_text FROM need n JOIN resource r ON r.number = n.needed"
+		       " JOIN job j ON j.resource = r.number WHERE n.resource = ? AND j.state IN " SQL_UNSUCCESSFUL
+		       " LIMIT 1");
+	sql_bind_int(&q, resource);
+	enum tw_status refused = TW_OK;
+	if (sql_step(&q)) {
+		const char *id = sql_text(&q);
+		refused = tw_fail(error, TW_ERROR_CONFLICT, "dependency-failed", NULL,
+				  "%s, which this would be made from, has failed or was cancelled: %.250s", id,
+				  sql_text(&q));
+	}
+	enum tw_status status = sql_end(&q, refused == TW_OK ? error : NULL);
+	return refused != TW_OK ? refused : status;
+}
+
+static enum tw_status insert_needs(struct store *store, int64_t resource, const struct resource_draft *draft,
+				   struct tw_error *error)
+{
+	for (size_t i = 0; i < draft->need_count; i++) {
+		int64_t needed;
+		enum tw_status status = row_find_resource(store, draft->needs[i], &needed, error);
+		if (status != TW_OK)
+			return status;
+		struct sql q = sql_query(store, "INSERT INTO need(resource, position, needed) VALUES (?, ?, ?)");
+		sql_bind_int(&q, resource);
+		sql_bind_int(&q, (int64_t)i);
+		sql_bind_int(&q, needed);
+		status = sql_run(&q, NULL, error);
+		if (status != TW_OK)
+			return status;
+	}
+	return refuse_failed_need(store, resource, error);
+}
+
+static enum tw_status insert_resource(struct store *store, const char *id, const struct resource_draft *draft,
+				      int64_t *number, struct tw_error *error)
+{
+	struct sql q =
+		sql_query(store, "INSERT INTO resource(id, kind, name, options, created_ms) VALUES (?, ?, ?, ?, ?)");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, draft->kind);
+	sql_bind_text(&q, draft->name ? draft->name : "");
+	sql_bind_text(&q, draft->options ? draft->options : "{}");
+	sql_bind_int(&q, store_now_ms(store));
+	enum tw_status status = sql_run(&q, NULL, error);
+	*number = sqlite3_last_insert_rowid(store->db);
+	return status;
+}
+
+static enum tw_status insert_all(struct store *store, const char *id, const struct resource_draft *draft,
+				 struct tw_error *error)
+{
+	int64_t number = 0;
+	enum tw_status status = insert_resource(store, id, draft, &number, error);
+	if (status == TW_OK)
+		status = insert_needs(store, number, draft, error);
+	if (status == TW_OK)
+		status = job_state_add(store, number, resource_kind_row(draft->kind)->job, draft->priority,
+				       draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT, error);
+	return status == TW_OK ? take_uploads(store, number, draft, error) : status;
+}
+
+static enum tw_status remember_key(struct store *store, const char *id, const struct resource_draft *draft,
+				   const struct content_hash *fingerprint, struct tw_error *error)
+{
+	if (!draft->idempotency_key)
+		return TW_OK;
+	struct sql q = sql_query(store, "INSERT OR IGNORE INTO idempotency(kind, key, fingerprint, resource)"
+					" SELECT ?, ?, ?, number FROM resource WHERE id = ?");
+	sql_bind_int(&q, draft->kind);
+	sql_bind_text(&q, draft->idempotency_key);
+	sql_bind_bytes(&q, fingerprint->bytes, sizeof fingerprint->bytes);
+	sql_bind_text(&q, id);
+	return sql_run(&q, NULL, error);
+}
+
+/* `id` is "" when the key is new. */
+static enum tw_status find_by_key(struct store *store, const struct resource_draft *draft,
+				  const struct content_hash *fingerprint, char id[STORE_ID_SIZE],
+				  struct tw_error *error)
+{
+	bool same = true;
+	id[0] = '\0';
+	if (!draft->idempotency_key)
+		return TW_OK;
+	struct sql q = sql_query(store, "SELECT r.id, i.fingerprint = ? FROM idempotency i"
+					" JOIN resource r ON r.number = i.resource WHERE i.kind = ? AND i.key = ?");
+	sql_bind_bytes(&q, fingerprint->bytes, sizeof fingerprint->bytes);
+	sql_bind_int(&q, draft->kind);
+	sql_bind_text(&q, draft->idempotency_key);
+	if (sql_step(&q)) {
+		sql_copy_text(&q, id, STORE_ID_SIZE);
+		same = sql_int(&q);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !same)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "idempotency-key-reused", NULL,
+				 "this Idempotency-Key came with another request before; use a new one");
+	return status;
+}
+
+static enum tw_status exists(struct store *store, const char *id, bool *found, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT 1 FROM resource WHERE id = ?");
+	sql_bind_text(&q, id);
+	*found = sql_step(&q);
+	return sql_end(&q, error);
+}
+
+/* Equal content is there already: nothing to do, unless it failed the last time. */
+static enum tw_status use_again(struct store *store, const char *id, const struct resource_draft *draft,
+				enum resource_outcome *outcome, struct tw_error *error)
+{
+	int64_t failed = 0;
+	*outcome = RESOURCE_EXISTED;
+	enum tw_status status = discard_uploads(store, draft, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "SELECT j.number FROM job j JOIN resource r ON r.number = j.resource"
+					" WHERE r.id = ? AND j.state IN " SQL_REDRIVABLE);
+	sql_bind_text(&q, id);
+	if (sql_step(&q))
+		failed = sql_int(&q);
+	status = sql_end(&q, error);
+	if (status != TW_OK || !failed || !resource_kind_row(draft->kind)->addressed)
+		return status;
+	*outcome = RESOURCE_RETRIED;
+	return job_state_redrive(store, failed, error);
+}
+
+static enum tw_status create(struct store *store, const struct resource_draft *draft, char id[STORE_ID_SIZE],
+			     enum resource_outcome *outcome, struct tw_error *error)
+{
+	struct content_hash address;
+	bool found = false;
+	enum tw_status status = address_of_draft(store, draft, &address, error);
+	if (status == TW_OK)
+		status = find_by_key(store, draft, &address, id, error);
+	if (status != TW_OK)
+		return status;
+	if (id[0]) {
+		found = true;
+	} else if (resource_kind_row(draft->kind)->addressed) {
+		id_from_bytes(id, resource_kind_name(draft->kind), address.bytes);
+		status = exists(store, id, &found, error);
+	} else {
+		id_random(id, resource_kind_name(draft->kind));
+	}
+	if (status != TW_OK)
+		return status;
+	*outcome = RESOURCE_CREATED;
+	status = found ? use_again(store, id, draft, outcome, error) : insert_all(store, id, draft, error);
+	return status == TW_OK ? remember_key(store, id, draft, &address, error) : status;
+}
+
+enum tw_status resource_create(struct store *store, const struct resource_draft *draft, struct resource *resource,
+			       enum resource_outcome *outcome, struct tw_error *error)
+{
+	char id[STORE_ID_SIZE];
+	enum tw_status status = sql_check_room(store, draft->options ? strlen(draft->options) : 0, error);
+	if (status == TW_OK)
+		status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = create(store, draft, id, outcome, error);
+	if (status == TW_OK)
+		status = read_by_id(store, (int)draft->kind, id, resource, error);
+	enum tw_status ended = transaction_end(store, status, error);
+	if (status == TW_OK && ended != TW_OK)
+		resource_clear(resource);
+	return ended;
+}
+
+/* --- removing --------------------------------------------------------------------------------------------------- */
+
+static enum tw_status refuse_in_use(struct store *store, int64_t resource, const char *id, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT count(DISTINCT resource) FROM need WHERE needed = ?");
+	sql_bind_int(&q, resource);
+	int64_t users = sql_step(&q) ? sql_int(&q) : 0;
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && users)
+		status = tw_fail(error, TW_ERROR_CONFLICT, "resource-in-use", NULL,
+				 "%" PRId64
+				 " other resources are made from %.64s; delete them first, or use ?dependents=true",
+				 users, id);
+	return status;
+}
+
+/* What is made from a resource, directly or not, and itself. */
+#define WITH_DOWN                                                                                                      \
+	"WITH RECURSIVE down(resource) AS (VALUES (?)"                                                                 \
+	" UNION SELECT n.resource FROM need n JOIN down d ON n.needed = d.resource) "
+
+static enum tw_status let_go_of_blobs(struct store *store, int64_t resource, struct tw_error *error)
+{
+	struct sql q = sql_query(store, WITH_DOWN CHUNK_LET_GO " WHERE resource IN (SELECT resource FROM down)");
+	sql_bind_int(&q, resource);
+	return sql_run(&q, NULL, error);
+}
+
+static enum tw_status delete_with_dependents(struct store *store, int64_t resource, struct tw_error *error)
+{
+	enum tw_status status = let_go_of_blobs(store, resource, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, WITH_DOWN "DELETE FROM resource WHERE number IN (SELECT resource FROM down)");
+	sql_bind_int(&q, resource);
+	return sql_run(&q, NULL, error);
+}
+
+static enum tw_status delete_one(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
+				 struct tw_error *error)
+{
+	int64_t number = 0;
+	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ? AND kind = ?");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	bool found = sql_step(&q);
+	if (found)
+		number = sql_int(&q);
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL, "there is no %s %.64s",
+				 resource_kind_name(kind), id);
+	if (status == TW_OK && !with_dependents)
+		status = refuse_in_use(store, number, id, error);
+	return status == TW_OK ? delete_with_dependents(store, number, error) : status;
+}
+
+enum tw_status resource_delete(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
+			       struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = delete_one(store, kind, id, with_dependents, error);
+	return transaction_end(store, status, error);
+}
