@@ -113,6 +113,14 @@ static enum tw_status open_motion(void *context, uint32_t motion, struct motion_
 	return garment_files_open_motion(&session->files, motion, reader, error);
 }
 
+static enum tw_status take_mean(void *context, uint32_t motion, double *density, struct tw_error *error)
+{
+	const struct session *session = context;
+	(void)error;
+	memcpy(density, session->files.mean[motion], session->files.garment.face_count * sizeof *density);
+	return TW_OK;
+}
+
 static enum tw_status load_request(struct session *session, struct tw_error *error)
 {
 	const struct settings *settings = &session->settings;
@@ -166,15 +174,20 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 		status = garment_files_field(files, session->arena, threads, error);
 	if (status)
 		return status;
+	const bool *none = ARENA_ZEROED(session->arena, files->motion_count + 1, bool);
+	if (!none)
+		return tw_fail_memory(error);
 	struct layout_input input = {
 		.garment = &files->garment,
 		.topology = &files->topology,
 		.field = &files->field,
 		.request = &session->request,
 		.motion_name = files->motion_name,
-		.motion_count = files->motion_options.frames == FRAMES_NONE ? 0 : files->motion_count,
+		.motion_count = files->motion_count,
+		.motion_has_frames = files->motion_options.frames == FRAMES_NONE ? none : NULL,
 		.threads = threads,
 		.motion_open = open_motion,
+		.motion_mean = take_mean,
 		.progress = show_progress,
 		.context = session,
 	};

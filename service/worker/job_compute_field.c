@@ -6,22 +6,6 @@
 
 #include <stdlib.h>
 
-static enum tw_status read_mean(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
-				const struct field_options *options, double share_from, double share_to, double **mean,
-				struct tw_error *error)
-{
-	double *means[STRAIN_MODELS];
-	struct motion_info info;
-	if (options->reference == FIELD_REFERENCE_PATTERN)
-		return cache_read_doubles(work->arena, work->store, motion_id, motion_mean_names[options->energy],
-					  mesh->garment.face_count, mean, error);
-	enum tw_status status =
-		motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info, NULL, error);
-	if (status == TW_OK)
-		*mean = means[options->energy];
-	return status;
-}
-
 /* Of one motion at a time: hundreds of them make no difference to the memory that is needed. */
 static enum tw_status add_motion(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 				 const struct field_options *options, double share_from, double share_to,
@@ -31,7 +15,7 @@ static enum tw_status add_motion(struct work *work, const struct cached_mesh *me
 	struct arena_mark mark = arena_mark(work->arena);
 	enum tw_status status = work_step(work, share_from, "strain", error);
 	if (status == TW_OK)
-		status = read_mean(work, mesh, motion_id, options, share_from, share_to, &mean, error);
+		status = motion_mean(work, mesh, motion_id, options, share_from, share_to, &mean, error);
 	if (status == TW_OK)
 		strain_raise(density, mean, mesh->garment.face_count);
 	arena_release(work->arena, mark);

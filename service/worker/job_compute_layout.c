@@ -1,4 +1,5 @@
 /* The job that makes a layout: the field and the request to the solver, its artifacts back. */
+#include "service/worker/motion_means.h"
 #include "service/worker/motion_source.h"
 #include "service/worker/work.h"
 #include "solver/layout/layout.h"
@@ -6,12 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The motions whose frames the elongation is measured in: those of the field. */
+/* The motions are the field's. */
 struct layout_work {
 	struct work *work;
 	const struct cached_mesh *mesh;
+	const struct cached_field *field;
 	char (*motion_ids)[STORE_ID_SIZE]; /* owned */
 	const char **motion_names;         /* owned list of owned names */
+	bool *motion_has_frames;           /* owned */
 	size_t motion_count;
 	struct blob_source source; /* of the motion that is open; cleared when the next is opened */
 };
@@ -42,20 +45,31 @@ static enum tw_status open_motion(void *context, uint32_t motion, struct motion_
 				  layout->motion_ids[motion], error);
 }
 
-/* Motions of which no frames were kept have shaped the field, but cannot show how the wires stretch. */
-static enum tw_status leave_out_motions_without_frames(struct layout_work *layout, struct tw_error *error)
+static enum tw_status read_mean(void *context, uint32_t motion, double *density, struct tw_error *error)
 {
-	size_t kept = 0;
-	for (size_t i = 0; i < layout->motion_count; i++) {
-		bool has = false;
-		enum tw_status status = motion_has_frames(layout->work->store, layout->motion_ids[i], &has, error);
-		if (status != TW_OK)
-			return status;
-		if (has)
-			memmove(layout->motion_ids[kept++], layout->motion_ids[i], STORE_ID_SIZE);
-	}
-	layout->motion_count = kept;
-	return TW_OK;
+	struct layout_work *layout = context;
+	struct arena *arena = layout->work->arena;
+	struct arena_mark mark = arena_mark(arena);
+	double *mean = NULL;
+	enum tw_status status = motion_mean(layout->work, layout->mesh, layout->motion_ids[motion],
+					    &layout->field->field.options, 0.9, 0.9, &mean, error);
+	if (status == TW_OK)
+		memcpy(density, mean, layout->mesh->garment.face_count * sizeof *density);
+	arena_release(arena, mark);
+	return status;
+}
+
+/* Motions of which no frames were kept have shaped the field, but cannot show how the wires stretch. */
+static enum tw_status find_motions_with_frames(struct layout_work *layout, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	layout->motion_has_frames = calloc(layout->motion_count + 1, sizeof *layout->motion_has_frames);
+	if (!layout->motion_has_frames)
+		return tw_fail_memory(error);
+	for (size_t i = 0; i < layout->motion_count && status == TW_OK; i++)
+		status = motion_has_frames(layout->work->store, layout->motion_ids[i], &layout->motion_has_frames[i],
+					   error);
+	return status;
 }
 
 static enum tw_status read_motion_names(struct layout_work *layout, struct tw_error *error)
@@ -81,6 +95,7 @@ static void clear(struct layout_work *layout)
 	for (size_t i = 0; layout->motion_names && i < layout->motion_count; i++)
 		free((char *)layout->motion_names[i]);
 	free(layout->motion_names);
+	free(layout->motion_has_frames);
 	free(layout->motion_ids);
 	blob_source_clear(&layout->source);
 }
@@ -99,21 +114,22 @@ static enum tw_status take_output(struct work *work, const struct layout_output 
 	return work_summary(work, layout_summary_show(&output->summary), error);
 }
 
-static enum tw_status compute(struct layout_work *layout, const struct cached_field *field,
-			      const struct layout_request *request, struct tw_error *error)
+static enum tw_status compute(struct layout_work *layout, const struct layout_request *request, struct tw_error *error)
 {
 	struct work *work = layout->work;
 	struct layout_output output;
 	struct layout_input input = {
 		.garment = &layout->mesh->garment,
 		.topology = &layout->mesh->topology,
-		.field = &field->field,
+		.field = &layout->field->field,
 		.request = request,
 		.motion_name = layout->motion_names,
 		.motion_count = (uint32_t)layout->motion_count,
+		.motion_has_frames = layout->motion_has_frames,
 		.threads = work->threads,
 		.memory_limit = work->memory_limit,
 		.motion_open = open_motion,
+		.motion_mean = read_mean,
 		.progress = tell_progress,
 		.cancelled = is_cancelled,
 		.context = layout,
@@ -123,7 +139,7 @@ static enum tw_status compute(struct layout_work *layout, const struct cached_fi
 }
 
 /* Loads mesh, field and motions of the one field that the layout is made from. */
-static enum tw_status load(struct layout_work *layout, const struct cached_field **field, struct tw_error *error)
+static enum tw_status load(struct layout_work *layout, struct tw_error *error)
 {
 	struct work *work = layout->work;
 	char(*fields)[STORE_ID_SIZE] = NULL;
@@ -138,13 +154,13 @@ static enum tw_status load(struct layout_work *layout, const struct cached_field
 	if (status == TW_OK)
 		status = cache_mesh(work->cache, work->store, mesh_id, &layout->mesh, error);
 	if (status == TW_OK)
-		status = cache_field(work->cache, work->store, fields[0], layout->mesh, field, error);
+		status = cache_field(work->cache, work->store, fields[0], layout->mesh, &layout->field, error);
 	if (status == TW_OK)
 		status = resource_needs(work->store, fields[0], RESOURCE_MOTION, &layout->motion_ids,
 					&layout->motion_count, error);
 	free(fields);
 	if (status == TW_OK)
-		status = leave_out_motions_without_frames(layout, error);
+		status = find_motions_with_frames(layout, error);
 	return status == TW_OK ? read_motion_names(layout, error) : status;
 }
 
@@ -152,16 +168,15 @@ enum tw_status job_compute_layout(struct work *work, struct tw_error *error)
 {
 	struct layout_work layout = {.work = work};
 	struct layout_request request;
-	const struct cached_field *field = NULL;
 	const char *text = work->resource->options;
 	enum tw_status status = layout_request_parse(&request, text, strlen(text), error);
 	if (status != TW_OK)
 		return status;
 	status = work_step(work, 0, "loading", error);
 	if (status == TW_OK)
-		status = load(&layout, &field, error);
+		status = load(&layout, error);
 	if (status == TW_OK)
-		status = compute(&layout, field, &request, error);
+		status = compute(&layout, &request, error);
 	clear(&layout);
 	layout_request_clear(&request);
 	return status;

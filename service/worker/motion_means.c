@@ -47,3 +47,19 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 	blob_source_clear(&source);
 	return status;
 }
+
+enum tw_status motion_mean(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
+			   const struct field_options *options, double share_from, double share_to, double **mean,
+			   struct tw_error *error)
+{
+	double *means[STRAIN_MODELS];
+	struct motion_info info;
+	if (options->reference == FIELD_REFERENCE_PATTERN)
+		return cache_read_doubles(work->arena, work->store, motion_id, motion_mean_names[options->energy],
+					  mesh->garment.face_count, mean, error);
+	enum tw_status status =
+		motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info, NULL, error);
+	if (status == TW_OK)
+		*mean = means[options->energy];
+	return status;
+}

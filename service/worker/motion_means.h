@@ -16,4 +16,10 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 			    double *mean[STRAIN_MODELS], struct motion_info *info, double *size,
 			    struct tw_error *error) TW_NODISCARD;
 
+/* The mean of the options' energy model alone: what the motion keeps, or, against another reference than the pattern,
+ * from its frames anew. [face_count] in the work's arena. */
+enum tw_status motion_mean(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
+			   const struct field_options *options, double share_from, double share_to, double **mean,
+			   struct tw_error *error) TW_NODISCARD;
+
 #endif

@@ -36,6 +36,11 @@ static const struct option rows[] = {
 
 const struct option_table field_option_table = {rows, sizeof rows / sizeof *rows};
 
+const char *field_reference_name(enum field_reference reference)
+{
+	return references[reference];
+}
+
 void field_options_resolve(struct field_options *options)
 {
 	if (options->preset != FIELD_PRESET_PAPER)

@@ -49,6 +49,9 @@ struct field_options {
 
 extern const struct option_table field_option_table;
 
+/* "pattern", "worn", "frame". */
+const char *field_reference_name(enum field_reference reference);
+
 /* Puts the preset's values where an option still has its default: what the caller set himself stays. */
 void field_options_resolve(struct field_options *options);
 

@@ -6,6 +6,8 @@
 #include "solver/layout/request.h"
 #include "tightwire.h"
 
+#include <stdbool.h>
+
 struct field;
 struct motion_reader;
 
@@ -25,16 +27,25 @@ struct layout_input {
 	const struct field *field; /* of this garment */
 	const struct layout_request *request;
 	const char *const *motion_name; /* [motion_count] for the report; may be NULL when motion_count is 0 */
-	uint32_t motion_count;          /* motions whose frames give the elongation; 0 for none */
+	uint32_t motion_count;          /* the field's; 0 where nothing is asked of them */
+	const bool *motion_has_frames;  /* [motion_count] of which the elongation can be measured; NULL: of all */
 	unsigned threads;               /* 0 and 1: the calling thread only. Never changes the answer */
 	size_t memory_limit;            /* bytes of scratch memory for the Steiner search; 0 for none */
 	/* Opens the frames of a motion, positioned at its first frame; layout_compute closes it with motion_close. Only
-	 * called where motion_count > 0 and the request asks for the elongation; one motion is open at a time. */
+	 * called for motions that have frames, where the request asks for the elongation; one is open at a time. */
 	enum tw_status (*motion_open)(void *context, uint32_t motion, struct motion_reader **reader,
 				      struct tw_error *error);
+	/* Writes the mean densities of one motion under the field's energy model and reference, [face_count] MPa. May
+	 * be NULL: then there are no energies by motion. Called where the request asks for the elongation. */
+	enum tw_status (*motion_mean)(void *context, uint32_t motion, double *density, struct tw_error *error);
 	void (*progress)(void *context, const struct layout_progress *progress); /* may be NULL */
 	int (*cancelled)(void *context);                                         /* may be NULL */
-	void *context;                                                           /* borrowed, handed to all three */
+	void *context;                                                           /* borrowed, handed to all four */
 };
+
+static inline bool layout_has_frames(const struct layout_input *input, uint32_t motion)
+{
+	return !input->motion_has_frames || input->motion_has_frames[motion];
+}
 
 #endif

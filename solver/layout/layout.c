@@ -149,6 +149,20 @@ static enum tw_status find_costs(const struct job *job, const double **costs, st
 	return TW_OK;
 }
 
+static struct metrics_input metrics_input_of(const struct job *job, const struct solved *solved)
+{
+	return (struct metrics_input){
+		.garment = job->input->garment,
+		.locator = job->locator,
+		.field = job->pricing.field,
+		.branches = &solved->branches,
+		.wires = &solved->wires,
+		.rules = &job->rules,
+		.fabric = &job->pricing.fabric,
+		.walker = job->pricing.walker,
+	};
+}
+
 static enum tw_status draw(struct job *job, struct solved *solved, const double *costs, double *seconds_metrics,
 			   struct tw_error *error)
 {
@@ -159,15 +173,7 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 				      &job->outline, job->locator, &job->rules, costs, error);
 	if (status)
 		return status;
-	struct metrics_input input = {
-		.garment = job->input->garment,
-		.locator = job->locator,
-		.field = job->pricing.field,
-		.branches = &solved->branches,
-		.wires = &solved->wires,
-		.rules = &job->rules,
-		.walker = job->pricing.walker,
-	};
+	const struct metrics_input input = metrics_input_of(job, solved);
 	double start = now();
 	status = metrics_measure(&solved->metrics, &solved->trace, job->arena, &input, error);
 	*seconds_metrics += now() - start;
@@ -215,9 +221,35 @@ static enum tw_status stretch(struct job *job, struct tw_error *error)
 	struct layout_metrics *metrics[2] = {&job->ours.metrics, &job->baseline.metrics};
 	const struct trace *trace[2] = {&job->ours.trace, &job->baseline.trace};
 	const struct branch_set *branches[2] = {&job->ours.branches, &job->baseline.branches};
-	report(job, "elongation", 0.85);
 	return metrics_elongation(metrics, trace, branches, job->pricing.network.baseline ? 2 : 1, job->input,
 				  job->arena, error);
+}
+
+static enum tw_status split_by_motion(struct job *job, struct tw_error *error)
+{
+	struct layout_metrics *metrics[2] = {&job->ours.metrics, &job->baseline.metrics};
+	const struct metrics_input inputs[2] = {metrics_input_of(job, &job->ours),
+						metrics_input_of(job, &job->baseline)};
+	const struct metrics_input *const both[2] = {&inputs[0], &inputs[1]};
+	return metrics_energies(metrics, both, job->pricing.network.baseline ? 2 : 1, job->input, job->arena, error);
+}
+
+/* What is asked of the motions, and what they can tell. */
+static enum tw_status look_at_motions(struct job *job, bool *has_elongation, struct tw_error *error)
+{
+	const struct layout_input *input = job->input;
+	enum tw_status status = TW_OK;
+	*has_elongation = false;
+	if (!input->request->options.elongation || input->motion_count == 0)
+		return TW_OK;
+	report(job, "elongation", 0.85);
+	for (uint32_t m = 0; m < input->motion_count; m++)
+		*has_elongation |= layout_has_frames(input, m);
+	if (*has_elongation)
+		status = stretch(job, error);
+	if (status == TW_OK && input->motion_mean)
+		status = split_by_motion(job, error);
+	return status;
 }
 
 static enum tw_status write_artifacts(const struct layout_result *result, struct arena *arena,
@@ -279,10 +311,10 @@ enum tw_status layout_compute(const struct layout_input *input, struct arena *ar
 	summary->seconds_terminals = lap(&start);
 	if (!status)
 		status = solve(&job, summary, error);
-	bool has_elongation = input->motion_count > 0 && input->request->options.elongation;
+	bool has_elongation = false;
 	start = now();
-	if (!status && has_elongation)
-		status = stretch(&job, error);
+	if (!status)
+		status = look_at_motions(&job, &has_elongation, error);
 	summary->seconds_elongation = lap(&start);
 	if (status)
 		return status;
@@ -297,6 +329,7 @@ enum tw_status layout_compute(const struct layout_input *input, struct arena *ar
 		.rules = &job.rules,
 		.ours = &job.ours,
 		.baseline = job.pricing.network.baseline ? &job.baseline : NULL,
+		.has_motions = input->request->options.elongation && input->motion_count > 0,
 		.has_elongation = has_elongation,
 		.summary = summary,
 	};

@@ -233,3 +233,54 @@ enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *tra
 	sum_up(metrics, input->branches);
 	return TW_OK;
 }
+
+/* The energies of all layouts under one motion's densities, which `walker` integrates. */
+static void take_energies(struct motion_energy *const *energy, const struct metrics_input *const *inputs,
+			  uint32_t layout_count, struct strip_walker *walker, uint32_t motion)
+{
+	for (uint32_t l = 0; l < layout_count; l++) {
+		struct metrics_input one = *inputs[l];
+		struct motion_energy sum = {0, 0};
+		one.walker = walker;
+		for (uint32_t b = 0; b < one.branches->branch_count; b++) {
+			struct branch_metrics branch;
+			measure_wire(&one, &one.wires->wire[b], &branch);
+			sum.energy += branch.energy;
+			sum.without_eta += branch.energy_without_eta;
+		}
+		energy[l][motion] = sum;
+	}
+}
+
+enum tw_status metrics_energies(struct layout_metrics *const *metrics, const struct metrics_input *const *inputs,
+				uint32_t layout_count, const struct layout_input *input, struct arena *arena,
+				struct tw_error *error)
+{
+	const uint32_t faces = input->garment->face_count;
+	struct motion_energy **energy = ARENA_ZEROED(arena, layout_count, struct motion_energy *);
+	for (uint32_t l = 0; energy && l < layout_count; l++) {
+		energy[l] = ARENA_ZEROED(arena, input->motion_count, struct motion_energy);
+		metrics[l]->energy_by_motion = energy[l];
+		if (!energy[l])
+			return tw_fail_memory(error);
+	}
+	struct arena_mark mark = arena_mark(arena);
+	double *value = ARENA_ARRAY(arena, faces, double);
+	struct strip_fabric fabric = *inputs[0]->fabric;
+	struct strip_walker *walker = NULL;
+	fabric.value = value;
+	enum tw_status status =
+		energy && value ? strip_walker_new(&walker, arena, &fabric, error) : tw_fail_memory(error);
+	for (uint32_t m = 0; m < input->motion_count && status == TW_OK; m++) {
+		if (input->cancelled && input->cancelled(input->context))
+			status = tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
+		if (status == TW_OK)
+			status = input->motion_mean(input->context, m, value, error);
+		for (uint32_t f = 0; status == TW_OK && f < faces; f++)
+			value[f] += inputs[0]->field->options.eta_mpa;
+		if (status == TW_OK)
+			take_energies(energy, inputs, layout_count, walker, m);
+	}
+	arena_release(arena, mark);
+	return status;
+}

@@ -21,10 +21,17 @@ struct violation {
 	double value, limit;
 };
 
-/* Over the frames of one motion, or of all. 0.12 is 12 %. */
+/* Over the frames of one motion; over all motions the largest, and the mean of the motions' means. 0.12 is 12 %. NAN
+ * where a motion has no frames. */
 struct elongation {
 	double max;
 	double mean;
+};
+
+/* What the curves would cost if one motion were all. */
+struct motion_energy {
+	double energy;      /* with eta, MPa·mm² */
+	double without_eta; /* MPa·mm² */
 };
 
 struct branch_metrics {
@@ -39,7 +46,8 @@ struct branch_metrics {
 
 struct layout_metrics {
 	struct branch_metrics *branch; /* [branch_count] */
-	struct branch_metrics total;   /* elongation: largest of all; mean over frames and branches by length */
+	struct branch_metrics total;   /* elongation: of the whole wire, the lengths of all branches together */
+	const struct motion_energy *energy_by_motion; /* [motion_count]; NULL where not computed */
 	struct violation *violation;
 	uint32_t violation_count;
 	uint32_t junction_count;
@@ -61,15 +69,25 @@ struct metrics_input {
 	const struct branch_set *branches;
 	const struct wire_set *wires;
 	const struct wire_rules *rules;
-	struct strip_walker *walker; /* of density + eta */
+	const struct strip_fabric *fabric; /* with the values density + eta */
+	struct strip_walker *walker;       /* on this fabric */
 };
 
 /* Everything but the elongation, and the trace from which that is measured. TW_ERROR_MEMORY. */
 enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *trace, struct arena *arena,
 			       const struct metrics_input *input, struct tw_error *error) TW_NODISCARD;
 
+/* The energies in each motion alone, by the densities that the input gives. Errors of motion_mean; TW_ERROR_CANCELLED;
+ * TW_ERROR_MEMORY. */
+enum tw_status metrics_energies(struct layout_metrics *const *metrics, const struct metrics_input *const *inputs,
+				uint32_t layout_count, const struct layout_input *input, struct arena *arena,
+				struct tw_error *error) TW_NODISCARD;
+
+/* What elongation is measured over, as the request and the field say. */
+enum field_reference metrics_elongation_over(const struct layout_input *input);
+
 /* Streams the motions once and measures the elongation of several layouts, whose metrics are filled in. Errors of the
- * reader; TW_ERROR_CANCELLED; TW_ERROR_MEMORY. */
+ * reader; TW_ERROR_INPUT "reference-frame" where a motion is too short for it; TW_ERROR_CANCELLED; TW_ERROR_MEMORY. */
 enum tw_status metrics_elongation(struct layout_metrics *const *metrics, const struct trace *const *trace,
 				  const struct branch_set *const *branches, uint32_t layout_count,
 				  const struct layout_input *input, struct arena *arena,

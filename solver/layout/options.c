@@ -7,6 +7,8 @@ static const char *const baselines[] = {"unit", "length", "none", NULL};
 
 static const char *const etas[] = {"field", "auto", NULL};
 
+static const char *const overs[] = {"reference", "pattern", "worn", "frame", NULL};
+
 #define AT(field) offsetof(struct layout_options, field)
 
 static const struct option rows[] = {
@@ -26,7 +28,10 @@ static const struct option rows[] = {
 	{"snap_mm", OPTION_NUMBER, AT(snap_mm), "mm", 20, 0, 1000, NULL,
 	 "how far a terminal given as a point may be from the fabric that it is snapped to"},
 	{"elongation", OPTION_FLAG, AT(elongation), NULL, 1, 0, 1, NULL,
-	 "read the motions' frames and report how far the wires are stretched"},
+	 "read the motions and report how far the wires are stretched, and their energy, in each"},
+	{"elongation_over", OPTION_CHOICE, AT(elongation_over), NULL, ELONGATION_OVER_REFERENCE, 0, 0, overs,
+	 "lengths that elongation is measured over: the field's reference, the pattern, the worn rest pose, or in each "
+	 "motion the field's reference_frame"},
 };
 
 const struct option_table layout_option_table = {rows, sizeof rows / sizeof *rows};

@@ -15,6 +15,14 @@ enum layout_eta {
 	ETA_AUTO,  /* where length and deformation are in balance for these terminals (method 3) */
 };
 
+/* Which lengths elongation is measured over. */
+enum layout_elongation_over {
+	ELONGATION_OVER_REFERENCE, /* in the field's reference state */
+	ELONGATION_OVER_PATTERN,
+	ELONGATION_OVER_WORN,
+	ELONGATION_OVER_FRAME, /* the field's `reference_frame` of each motion */
+};
+
 struct layout_options {
 	int eta;             /* enum layout_eta */
 	int baseline;        /* enum layout_baseline: what the layout is compared with */
@@ -24,7 +32,8 @@ struct layout_options {
 	double seam_clearance_mm; /* distance that a curve keeps from cut lines that it does not cross; NaN for half the
 				     strip width */
 	double snap_mm;           /* how far a point in space, or on the pattern, may be from the fabric */
-	bool elongation;          /* stream the frames and report the elongation of the curves */
+	bool elongation;          /* read the motions: frames for the elongation of the curves, means for energies */
+	int elongation_over;      /* enum layout_elongation_over */
 };
 
 extern const struct option_table layout_option_table;

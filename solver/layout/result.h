@@ -25,8 +25,9 @@ struct layout_result {
 	const struct network *network;
 	const struct wire_rules *rules;
 	const struct solved *ours;
-	const struct solved *baseline; /* NULL without one */
-	bool has_elongation;
+	const struct solved *baseline;        /* NULL without one */
+	bool has_motions;                     /* the motions were asked: energies by motion may be there */
+	bool has_elongation;                  /* and some have frames */
 	const struct layout_summary *summary; /* its figures; of the seconds none is known yet */
 };
 

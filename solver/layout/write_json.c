@@ -158,7 +158,24 @@ static void add_branch_figures(const struct layout_result *result, const struct 
 	text_add(text, ",\"elongation_by_motion\":[");
 	for (uint32_t m = 0; m < result->input->motion_count; m++) {
 		text_add(text, m ? "," : "");
-		add_elongation(text, &figures->by_motion[m]);
+		if (layout_has_frames(result->input, m))
+			add_elongation(text, &figures->by_motion[m]);
+		else
+			text_add(text, "null");
+	}
+	text_add(text, "]");
+}
+
+static void add_energies(const struct layout_result *result, const struct motion_energy *by_motion, struct text *text)
+{
+	if (!by_motion)
+		return;
+	text_add(text, ",\"energy_by_motion\":[");
+	for (uint32_t m = 0; m < result->input->motion_count; m++) {
+		text_format(text, "%s{\"energy_mpa_mm2\":", m ? "," : "");
+		text_number(text, by_motion[m].energy, ENERGY_DECIMALS);
+		add_number(text, "energy_without_eta_mpa_mm2", by_motion[m].without_eta, ENERGY_DECIMALS);
+		text_add(text, "}");
 	}
 	text_add(text, "]");
 }
@@ -293,6 +310,7 @@ static void add_solved(const struct layout_result *result, const struct solved *
 	add_tree(solved, scale, energy_scale, text);
 	text_add(text, ",\n    \"metrics\":{");
 	add_branch_figures(result, &metrics->total, text);
+	add_energies(result, metrics->energy_by_motion, text);
 	text_format(text, ",\"branches\":%u,\"junctions\":%u,\"seam_crossings\":%u,\"violations\":%u}",
 		    solved->branches.branch_count, metrics->junction_count, metrics->seam_crossings,
 		    metrics->violation_count);
@@ -308,27 +326,57 @@ static void add_solved(const struct layout_result *result, const struct solved *
 }
 
 /* Of the figures that were computed. */
-static void add_reductions(const struct layout_summary *summary, struct text *text)
+static void add_reductions(const struct layout_figures *ours, const struct layout_figures *baseline, struct text *text)
 {
 	bool first = true;
-	text_add(text, ",\n  \"reduction_percent\":{");
+	text_add(text, "{");
 	for (size_t i = 0; i < LAYOUT_FIGURES; i++) {
 		const struct layout_figure *figure = &layout_figures[i];
-		double ours = layout_figure_of(figure, &summary->ours);
-		if (!isfinite(ours))
+		double value = layout_figure_of(figure, ours);
+		if (!isfinite(value))
 			continue;
 		text_format(text, "%s\"%s\":", first ? "" : ",", figure->share);
-		text_number(text, layout_reduction_percent(ours, layout_figure_of(figure, &summary->baseline)), 4);
+		text_number(text, layout_reduction_percent(value, layout_figure_of(figure, baseline)), 4);
 		first = false;
 	}
 	text_add(text, "}");
+}
+
+/* Of a layout in one motion; its length is the same in all. */
+static struct layout_figures figures_in(const struct layout_metrics *metrics, uint32_t motion)
+{
+	const struct elongation *elongation = metrics->total.by_motion;
+	const struct motion_energy *energy = metrics->energy_by_motion;
+	return (struct layout_figures){
+		.energy = energy ? energy[motion].energy : NAN,
+		.energy_without_eta = energy ? energy[motion].without_eta : NAN,
+		.length_mm = NAN,
+		.elongation_max = elongation ? elongation[motion].max : NAN,
+		.elongation_mean = elongation ? elongation[motion].mean : NAN,
+	};
+}
+
+static void add_reductions_by_motion(const struct layout_result *result, struct text *text)
+{
+	if (!result->has_motions)
+		return;
+	text_add(text, ",\n  \"reduction_percent_by_motion\":[");
+	for (uint32_t m = 0; m < result->input->motion_count; m++) {
+		struct layout_figures ours = figures_in(&result->ours->metrics, m);
+		struct layout_figures baseline = figures_in(&result->baseline->metrics, m);
+		text_add(text, m ? "," : "");
+		add_reductions(&ours, &baseline, text);
+	}
+	text_add(text, "]");
 }
 
 static void add_baseline(const struct layout_result *result, struct text *text)
 {
 	text_add(text, ",\n  \"baseline\":");
 	add_solved(result, result->baseline, result->network->baseline_scale, NAN, text);
-	add_reductions(result->summary, text);
+	text_add(text, ",\n  \"reduction_percent\":");
+	add_reductions(&result->summary->ours, &result->summary->baseline, text);
+	add_reductions_by_motion(result, text);
 }
 
 void write_layout_json(const struct layout_result *result, struct text *text)
@@ -348,11 +396,14 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	add_number(text, "tolerance_mm", result->rules->tolerance_mm, MM_DECIMALS);
 	add_number(text, "seam_clearance_mm", result->rules->clearance_mm, MM_DECIMALS);
 	text_add(text, "},\n  \"motions\":[");
-	for (uint32_t m = 0; result->has_elongation && m < input->motion_count; m++) {
+	for (uint32_t m = 0; result->has_motions && m < input->motion_count; m++) {
 		text_add(text, m ? "," : "");
 		text_json(text, input->motion_name[m]);
 	}
 	text_add(text, "]");
+	if (result->has_elongation)
+		text_format(text, ",\n  \"elongation_over\":\"%s\"",
+			    field_reference_name(metrics_elongation_over(input)));
 	add_terminals(result, text);
 	text_add(text, ",\n  \"layout\":");
 	add_solved(result, result->ours, result->field->scale, field_energy_scale(result->field), text);

@@ -88,6 +88,25 @@ static inline enum tw_status open_motion(void *context, uint32_t motion, struct 
 	return motion_open(reader, &source, MOTION_SNIFF, UNIT_MM, bench->garment.vertex_count, error);
 }
 
+/* How far a frame is from rest to the matrix, for motions made of several frames. */
+static inline void set_frames(struct bench *bench, const double m[9], const double *shares, uint32_t frames)
+{
+	size_t points = 3 * (size_t)bench->garment.vertex_count;
+	free(bench->motion);
+	bench->motion = malloc(PC2_HEADER_BYTES + frames * points * sizeof(float));
+	assert_non_null(bench->motion);
+	float *out =
+		(float *)(void *)(bench->motion + pc2_write_header(bench->motion, bench->garment.vertex_count, frames));
+	for (uint32_t j = 0; j < frames; j++)
+		for (size_t i = 0; i < points; i++) {
+			const double *x = &bench->garment.position[i - i % 3], *row = m + 3 * (i % 3);
+			double moved = row[0] * x[0] + row[1] * x[1] + row[2] * x[2];
+			*out++ = (float)(x[i % 3] + (moved - x[i % 3]) * shares[j]);
+		}
+	bench->memory = (struct byte_memory){.bytes = bench->motion,
+					     .size = PC2_HEADER_BYTES + frames * points * sizeof(float)};
+}
+
 static inline enum tw_status try_compute(struct bench *bench, const char *request, unsigned threads,
 					 struct tw_error *error)
 {
