@@ -186,6 +186,7 @@ static enum tw_status print_json(const struct steiner_file *file, const struct s
 		json_object_set_new(json, "weight", json_sprintf("%" PRIu64, tree->weight));
 		json_object_set_new(json, "lower_bound", json_sprintf("%" PRIu64, tree->lower_bound));
 		json_object_set_new(json, "gap_percent", json_real(gap_percent(tree->weight, tree->lower_bound)));
+		json_object_set_new(json, "reproducible", json_boolean(tree->is_reproducible));
 		json_object_set_new(json, "edges", edges_json(file, tree));
 	}
 	json_object_set_new(json, "stats", stats_json(&tree->stats, with_seconds));

@@ -23,7 +23,7 @@ static uint64_t foresee(uint64_t last, uint64_t before)
 }
 
 /* Solves search->instance under the guess; the instance may shrink. */
-static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, uint64_t guess, int *found)
+static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, fine_t guess, int *found)
 {
 	struct dual next;
 	int empty = 0;
@@ -38,11 +38,11 @@ static enum tw_status solve_under_guess(struct search *search, const struct dual
 }
 
 /* The same on a copy, so that the instance is as before. */
-static enum tw_status try_guess(struct search *search, const struct dual *dual, uint64_t guess, int *found)
+static enum tw_status try_guess(struct search *search, const struct dual *dual, fine_t guess, int *found)
 {
 	struct arena_mark mark = arena_mark(search->arena);
 	struct instance whole = search->instance;
-	uint64_t assumed = search->assumed;
+	const fine_t assumed = search->assumed;
 	*found = 0;
 	enum tw_status status = instance_copy(&search->instance, &whole, search->arena);
 	if (status == TW_OK) {
@@ -56,30 +56,31 @@ static enum tw_status try_guess(struct search *search, const struct dual *dual, 
 }
 
 /* The next whole unit at or above. */
-static uint64_t round_up(const struct instance *instance, uint64_t fine)
+static fine_t round_up(const struct instance *instance, fine_t fine)
 {
-	const uint64_t below = (UINT64_C(1) << instance->shift) - 1;
+	const fine_t below = ((fine_t)1 << instance->shift) - 1;
 	return ((fine + instance->base + below) & ~below) - instance->base;
 }
 
-static uint64_t first_step(uint64_t bound, uint64_t gap)
+static fine_t first_step(fine_t bound, fine_t gap)
 {
-	const uint64_t step = bound / 1000 * 3 / 2 + 1;
+	const fine_t step = bound / 1000 * 3 / 2 + 1;
 	return gap < step / 8 ? gap / 4 + 1 : step;
 }
 
 enum tw_status guess_solve(struct search *search, const struct dual *dual)
 {
-	uint64_t bound = dual_fine_bound(dual), proven = search_proven(search), spent = 0, spent_before = 0;
+	fine_t bound = dual_fine_bound(dual), proven = search_proven(search);
+	uint64_t spent = 0, spent_before = 0;
 	if (proven > bound)
 		bound = proven;
-	uint64_t step = bound < search_cutoff(search) ? first_step(bound, search_cutoff(search) - bound) : 0;
+	fine_t step = bound < search_cutoff(search) ? first_step(bound, search_cutoff(search) - bound) : 0;
 	while (bound < search_cutoff(search)) {
-		uint64_t cutoff = search_cutoff(search), gap = cutoff - bound;
+		const fine_t cutoff = search_cutoff(search), gap = cutoff - bound;
 		/* A guess close to the cutoff would have to be followed by the cutoff. */
-		uint64_t guess = gap < step + step / 2 || !search_uses(search, STEINER_GUESSING)
-					 ? cutoff
-					 : round_up(&search->instance, bound + step);
+		fine_t guess = gap < step + step / 2 || !search_uses(search, STEINER_GUESSING)
+				       ? cutoff
+				       : round_up(&search->instance, bound + step);
 		if (guess > cutoff)
 			guess = cutoff;
 		int found;
@@ -98,6 +99,6 @@ enum tw_status guess_solve(struct search *search, const struct dual *dual)
 		search_bound(search, bound);
 		step *= 2;
 	}
-	search->lower_bound = search->best_weight;
+	search_close(search);
 	return TW_OK;
 }

@@ -4,11 +4,13 @@
 #ifndef SOLVER_STEINER_HEAP_H
 #define SOLVER_STEINER_HEAP_H
 
+#include "solver/steiner/fine.h"
+
+#include <assert.h>
 #include <stddef.h>
-#include <stdint.h>
 
 struct heap_entry {
-	uint64_t key;
+	fine_t key;
 	uint32_t item;
 	uint32_t extra; /* the user's; not compared */
 };
@@ -24,7 +26,7 @@ static inline int heap_less(const struct heap_entry *a, const struct heap_entry 
 }
 
 /* The caller has seen to it that there is room. */
-static inline void heap_push(struct heap *heap, uint64_t key, uint32_t item, uint32_t extra)
+static inline void heap_push(struct heap *heap, fine_t key, uint32_t item, uint32_t extra)
 {
 	struct heap_entry *entry = heap->entry, new = {key, item, extra};
 	size_t i = heap->count++;

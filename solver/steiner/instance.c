@@ -12,17 +12,28 @@ static unsigned bits(uint64_t x)
 	return x ? 64u - (unsigned)__builtin_clzll(x) : 0u;
 }
 
-/* A tree has fewer edges than 2^bits(vertices), each amount is below 2^10: the sum stays below 2^shift. */
-enum { AMOUNT_BITS = 10, WEIGHT_BITS = 62 };
+/* A hash of 10 bits leaves one tie in a thousand, and the dual, whose costs are the upper 30 bits of a tree's weight,
+ * much of the weight. */
+enum { TIE_BITS = 32, HASH_BITS = 10 };
 
-static unsigned choose_shift(const struct graph *graph)
+/* A tree has fewer edges than 2^bits(vertices), so that its tie-breaks sum to less than 2^shift. */
+static unsigned choose_shift(const struct graph *graph, const uint32_t *ties)
 {
-	uint64_t total = 0;
-	for (uint32_t e = 0; e < graph->edge_count; e++)
-		if (__builtin_add_overflow(total, graph->weight[e], &total))
-			return 0;
-	unsigned shift = bits(graph->vertex_count) + AMOUNT_BITS;
-	return bits(total) + shift <= WEIGHT_BITS ? shift : 0;
+	return bits(graph->vertex_count) + (ties ? TIE_BITS : HASH_BITS);
+}
+
+static uint64_t hash_of_ends(const struct graph *graph, uint32_t edge)
+{
+	const uint64_t u = graph->ends[2 * (size_t)edge], v = graph->ends[2 * (size_t)edge + 1];
+	return splitmix((u < v ? u << 32 | v : v << 32 | u) * SPLITMIX_STEP) >> (64 - HASH_BITS);
+}
+
+fine_t instance_fine(const struct instance *instance, const struct graph *graph, uint32_t edge)
+{
+	const fine_t whole = (fine_t)graph->weight[edge] << instance->shift;
+	if (!instance->shift)
+		return whole;
+	return whole | (instance->ties ? instance->ties[edge] : hash_of_ends(graph, edge));
 }
 
 static void fill_rows(struct instance *instance)
@@ -74,9 +85,7 @@ static void copy_component(struct instance *instance, const struct graph *graph,
 			/* As the caller has them: certify.c tells the vertices' names by that. */
 			instance->ends[2 * i] = number[graph->ends[2 * e]];
 			instance->ends[2 * i + 1] = number[graph->ends[2 * e + 1]];
-			instance->weight[i] = graph->weight[e] << instance->shift;
-			if (instance->shift)
-				instance->weight[i] |= splitmix(e) >> (64 - AMOUNT_BITS);
+			instance->weight[i] = instance_fine(instance, graph, e);
 			instance->origin[i] = e;
 		}
 }
@@ -87,7 +96,7 @@ static int allocate(struct instance *instance, struct arena *arena, uint32_t n, 
 	instance->head = ARENA_ARRAY(arena, 2 * (size_t)m, uint32_t);
 	instance->edge = ARENA_ARRAY(arena, 2 * (size_t)m, uint32_t);
 	instance->ends = ARENA_ARRAY(arena, 2 * (size_t)m, uint32_t);
-	instance->weight = ARENA_ARRAY(arena, m, uint64_t);
+	instance->weight = ARENA_ARRAY(arena, m, fine_t);
 	instance->origin = ARENA_ARRAY(arena, m, uint32_t);
 	instance->terminal = ARENA_ARRAY(arena, k, uint32_t);
 	instance->terminal_at = ARENA_ARRAY(arena, n, uint32_t);
@@ -105,10 +114,15 @@ static int allocate_history(struct instance *instance, struct arena *arena, uint
 }
 
 enum tw_status instance_init(struct instance *instance, struct arena *arena, const struct graph *graph,
-			     const uint32_t *terminals, uint32_t terminal_count, int perturb, uint32_t apart[2])
+			     const uint32_t *terminals, uint32_t terminal_count, const uint32_t *ties, bool perturb,
+			     uint32_t apart[2])
 {
 	uint32_t n = graph->vertex_count, m = graph->edge_count;
-	*instance = (struct instance){.origin_leaf_count = m, .shift = perturb ? choose_shift(graph) : 0};
+	*instance = (struct instance){
+		.origin_leaf_count = m,
+		.shift = perturb ? choose_shift(graph, ties) : 0,
+		.ties = perturb ? ties : NULL,
+	};
 	if (!allocate(instance, arena, n, m, terminal_count) || !allocate_history(instance, arena, m, n))
 		return TW_ERROR_MEMORY;
 
@@ -171,7 +185,7 @@ uint32_t instance_join(struct instance *instance, uint32_t origin_a, uint32_t or
 	return instance->origin_leaf_count + instance->pair_count++;
 }
 
-void instance_take(struct instance *instance, uint32_t origin, uint64_t weight)
+void instance_take(struct instance *instance, uint32_t origin, fine_t weight)
 {
 	if (instance->taken_count < instance->taken_capacity) {
 		instance->taken[instance->taken_count++] = origin;

@@ -114,7 +114,7 @@ static enum tw_status shrink(struct search *search, struct dual *dual)
 	int empty = 0;
 	if (!search_uses(search, STEINER_FIXING))
 		return TW_OK;
-	uint64_t cutoff = search_cutoff(search) + ((uint64_t)1 << search->instance.shift);
+	const fine_t cutoff = search_cutoff(search) + ((fine_t)1 << search->instance.shift);
 	enum tw_status status = fix_by_reduced_costs(search, dual, cutoff, &next, &empty);
 	if (status != TW_OK || empty)
 		return status;
@@ -205,7 +205,7 @@ static enum tw_status run_program(struct search *search, const struct dual *dual
 {
 	if (!search_uses(search, STEINER_DYNAMIC) && search_uses(search, STEINER_CUTS))
 		return TW_ERROR_UNSUPPORTED;
-	search_set_budget(search, search_uses(search, STEINER_CUTS) ? budget : 0);
+	search_set_budget(search, search_uses(search, STEINER_CUTS) || search_is_lightest(search) ? budget : 0);
 	enum tw_status status = guess_solve(search, dual);
 	search_set_budget(search, 0);
 	return status;
@@ -223,12 +223,25 @@ static int is_due_for_cuts(const struct search *search, unsigned round)
 
 static enum tw_status run_cuts(struct cutter *cutter, struct search *search, const struct dual *dual, uint64_t budget)
 {
-	if (!search_uses(search, STEINER_CUTS))
+	if (!search_uses(search, STEINER_CUTS) || search_is_lightest(search))
 		return TW_ERROR_UNSUPPORTED;
 	search_set_budget(search, search_uses(search, STEINER_DYNAMIC) ? budget : 0);
 	enum tw_status status = solve_by_cuts(cutter, search, dual);
 	search_set_budget(search, 0);
 	return status;
+}
+
+/* How much more may be spent on trees that weigh the same: once it is proven that none is lighter, as much as that
+ * took. No limit before. Branch and cut cannot tell them apart, and bounds by duals hardly can. */
+static uint64_t work_for_ties(const struct search *search, uint64_t *lightest_at)
+{
+	if (!search_is_lightest(search))
+		return UINT64_MAX;
+	if (!*lightest_at)
+		*lightest_at = search->work;
+	const uint64_t most = *lightest_at > LEAST_BUDGET ? *lightest_at : LEAST_BUDGET;
+	const uint64_t spent = search->work - *lightest_at;
+	return search_uses(search, STEINER_DYNAMIC) && most > spent ? most - spent : 0;
 }
 
 static enum tw_status take_turns(struct cutter *cutter, struct search *search, struct dual *dual)
@@ -238,13 +251,15 @@ static enum tw_status take_turns(struct cutter *cutter, struct search *search, s
 		.edges = search->instance.edge_count,
 		.terminals = terminals < MOST_TERMINALS ? terminals : MOST_TERMINALS,
 	};
+	uint64_t lightest_at = 0;
 	for (unsigned round = 0;; round += round < MOST_ROUNDS) {
 		effort.round = round;
 		const enum tw_status status = round ? prepare(search, dual, &effort) : TW_OK;
-		if (status != TW_OK || search_is_proven(search))
+		const uint64_t left = work_for_ties(search, &lightest_at), share = program_budget(search, &effort);
+		if (status != TW_OK || search_is_proven(search) || !left)
 			return status;
 		const double started_s = search_clock_s();
-		const uint64_t budget = program_budget(search, &effort);
+		const uint64_t budget = share < left ? share : left;
 		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;
 		if (may_go_on(search, program) && is_due_for_cuts(search, round))
 			cuts = run_cuts(cutter, search, dual, budget);

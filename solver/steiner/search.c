@@ -7,6 +7,7 @@
 
 #include "solver/steiner/union_find.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -59,6 +60,7 @@ int search_poll(struct search *search)
 	double now_s = search_clock_s();
 	if (!search->stop && options->time_limit_s > 0 && now_s - search->started_s >= options->time_limit_s)
 		search->stop = SEARCH_LIMIT;
+	search->met_clock |= search->stop != SEARCH_GOES_ON;
 	if (search->stop)
 		search->next_poll = 0;
 	else if (now_s - search->last_progress_s >= progress_period_s)
@@ -73,7 +75,7 @@ void search_enter(struct search *search, const char *stage)
 }
 
 struct weighted {
-	uint64_t weight;
+	fine_t weight;
 	uint32_t edge;
 };
 
@@ -149,12 +151,16 @@ static enum tw_status keep_if_better(struct search *search, const struct weighte
 {
 	uint32_t kept = 0;
 	uint64_t weight = 0;
+	fine_t fine = 0;
 	for (uint32_t i = 0; i < count; i++)
 		if (tree[i].edge != INSTANCE_NONE) {
 			edges[kept++] = tree[i].edge;
-			weight += tree[i].weight;
+			weight += search->graph->weight[tree[i].edge];
+			fine += tree[i].weight;
 		}
-	if (weight >= search->best_weight)
+	if (!search_breaks_ties(search))
+		fine = (fine_t)weight << search->instance.shift;
+	if (fine >= search->best_fine)
 		return TW_OK;
 	qsort(edges, kept, sizeof *edges, compare_edges);
 	enum tw_status status = steiner_verify(search->graph, search->terminals, search->terminal_count, edges, kept,
@@ -164,6 +170,7 @@ static enum tw_status keep_if_better(struct search *search, const struct weighte
 	memcpy(search->best_edges, edges, kept * sizeof *edges);
 	search->best_count = kept;
 	search->best_weight = weight;
+	search->best_fine = fine;
 	return TW_OK;
 }
 
@@ -200,7 +207,8 @@ enum tw_status search_offer_leaves(struct search *search, const uint32_t *edges,
 		for (uint32_t i = 0; i < search->terminal_count; i++)
 			wanted[search->terminals[i]] = 1;
 		for (uint32_t i = 0; i < edge_count; i++)
-			sorted[i] = (struct weighted){.weight = graph->weight[edges[i]], .edge = edges[i]};
+			sorted[i] = (struct weighted){.weight = instance_fine(&search->instance, graph, edges[i]),
+						      .edge = edges[i]};
 		uint32_t count = span(graph, sorted, edge_count, degree);
 		cut_bare_ends(graph, sorted, count, wanted, degree, link);
 		status = keep_if_better(search, sorted, count, kept);
@@ -222,33 +230,47 @@ enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32
 	return status;
 }
 
-void search_bound(struct search *search, uint64_t fine_bound)
+void search_bound(struct search *search, fine_t fine_bound)
 {
-	uint64_t fine = fine_bound + search->instance.base;
-	uint64_t bound = (fine < search->assumed ? fine : search->assumed) >> search->instance.shift;
-	if (bound > search->lower_bound)
-		search->lower_bound = bound;
-	if (search->lower_bound > search->best_weight)
-		search->lower_bound = search->best_weight;
+	const unsigned shift = search->instance.shift;
+	const fine_t with_base = fine_bound + search->instance.base;
+	fine_t fine = with_base < search->assumed ? with_base : search->assumed;
+	if (!search_breaks_ties(search))
+		fine = fine >> shift << shift;
+	if (fine > search->proven)
+		search->proven = fine;
+	if (search->proven > search->best_fine)
+		search->proven = search->best_fine;
+	/* Tie-breaks are less than a unit, so a tree below the whole units of the bound would be below the bound. */
+	search->lower_bound = (uint64_t)(search->proven >> shift);
 }
 
-uint64_t search_cutoff(const struct search *search)
+void search_close(struct search *search)
 {
-	if (search->best_weight == UINT64_MAX)
-		return UINT64_MAX;
-	uint64_t fine = search->best_weight << search->instance.shift;
-	if (search->assumed < fine)
-		fine = search->assumed;
+	assert(search->best_fine != FINE_MAX);
+	search->proven = search->best_fine;
+	search->lower_bound = search->best_weight;
+}
+
+fine_t search_cutoff(const struct search *search)
+{
+	if (search->best_fine == FINE_MAX)
+		return FINE_MAX;
+	const fine_t fine = search->assumed < search->best_fine ? search->assumed : search->best_fine;
 	return fine > search->instance.base ? fine - search->instance.base : 0;
 }
 
-uint64_t search_proven(const struct search *search)
+fine_t search_proven(const struct search *search)
 {
-	uint64_t fine = search->lower_bound << search->instance.shift;
-	return fine > search->instance.base ? fine - search->instance.base : 0;
+	return search->proven > search->instance.base ? search->proven - search->instance.base : 0;
 }
 
-int search_is_proven(const struct search *search)
+bool search_is_proven(const struct search *search)
 {
-	return search->lower_bound >= search->best_weight;
+	return search->proven >= search->best_fine;
+}
+
+bool search_is_lightest(const struct search *search)
+{
+	return search->best_fine != FINE_MAX && search->lower_bound >= search->best_weight;
 }

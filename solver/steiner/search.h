@@ -14,19 +14,25 @@ struct search {
 	const struct steiner_options *options; /* borrowed */
 	struct steiner_stats *stats;           /* borrowed */
 	struct arena *arena;      /* owned by steiner_solve; scratch of all stages, taken and released like a stack */
-	struct instance instance; /* the problem in hand */
+	struct instance instance; /* the current one */
 
 	uint64_t best_weight; /* the caller's units; UINT64_MAX until there is a tree */
+	/* Only a tree below it is a better one: the best tree's fine weight where the caller breaks ties, else its
+	 * weight in fine units. FINE_MAX until there is a tree. */
+	fine_t best_fine;
 	uint32_t *best_edges; /* [best_count] the caller's edges */
 	uint32_t best_count;
 	uint64_t lower_bound; /* the caller's units; proven */
+	fine_t proven;        /* no tree below it is left to be found; in whole units unless the caller breaks ties */
 
-	/* Fine, with instance.base: the instance in hand need only keep trees below it; UINT64_MAX: no guess. */
-	uint64_t assumed;
+	/* Fine, with instance.base: the current instance need only keep trees below it; FINE_MAX: no guess. */
+	fine_t assumed;
 	uint64_t work;       /* units spent: about one for each arc that is looked at */
 	uint64_t next_poll;  /* work at which clock and `cancelled` are asked again */
 	uint64_t budget_end; /* work at which the stage must give up, though the search goes on; 0: none */
 	double started_s, last_progress_s;
+	bool has_pivoted;       /* a linear program had a part in the search */
+	bool met_clock;         /* so had the clock or the caller's `cancelled` */
 	enum search_stop stop;  /* why the stages must come to an end */
 	const char *stage;      /* static: "dual ascent" */
 	struct tw_error *error; /* borrowed; may be NULL */
@@ -48,17 +54,29 @@ enum tw_status search_mark_best(struct search *search, uint8_t *is_best) TW_NODI
 
 /* Reports a lower bound on the fine weight of the instance's trees (without instance.base). Under a guess it proves no
  * more than the guess. */
-void search_bound(struct search *search, uint64_t fine_bound);
+void search_bound(struct search *search, fine_t fine_bound);
+
+/* No tree better than the best one is left. */
+void search_close(struct search *search);
 
 /* Only trees of the instance with a fine weight (without instance.base) below this are better than the best one and
- * within the guess: what reaches it can be cut off. UINT64_MAX while there is no tree. */
-uint64_t search_cutoff(const struct search *search);
+ * within the guess: what reaches it can be cut off. FINE_MAX while there is no tree. */
+fine_t search_cutoff(const struct search *search);
 
 /* The fine weight (without instance.base) that the proven bound is worth. */
-uint64_t search_proven(const struct search *search);
+fine_t search_proven(const struct search *search);
 
-/* True when best tree and bound have met. */
-int search_is_proven(const struct search *search);
+/* True when best tree and bound have met: no better tree is left. */
+bool search_is_proven(const struct search *search);
+
+/* True when no tree weighs less than the best one, though another of the same weight may have less of tie-breaks. */
+bool search_is_lightest(const struct search *search);
+
+/* True when the caller breaks ties, so that trees of equal weight differ. */
+static inline bool search_breaks_ties(const struct search *search)
+{
+	return search->instance.ties != NULL;
+}
 
 /* Monotonic clock: for limits, progress and statistics only. */
 double search_clock_s(void);

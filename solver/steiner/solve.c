@@ -26,7 +26,7 @@ static enum tw_status run_stages(struct search *search)
 	if (status == TW_OK && (empty || search->instance.terminal_count == 1)) {
 		status = empty ? TW_OK : search_offer(search, NULL, 0);
 		if (status == TW_OK)
-			search->lower_bound = search->best_weight;
+			search_close(search);
 		return status;
 	}
 	if (status != TW_OK)
@@ -48,11 +48,13 @@ static enum tw_status conclude(struct search *search, enum tw_status status, str
 		return status == TW_OK ? TW_ERROR_INTERNAL : status;
 	if (status == TW_ERROR_INTERNAL || status == TW_ERROR_INPUT)
 		return status;
-	tree->outcome = search_is_proven(search)           ? STEINER_OPTIMAL
+	tree->outcome = search_is_lightest(search)         ? STEINER_OPTIMAL
 			: search->stop == SEARCH_CANCELLED ? STEINER_CANCELLED
 							   : STEINER_LIMIT;
 	tree->weight = search->best_weight;
 	tree->lower_bound = search->lower_bound;
+	tree->is_unique = search_breaks_ties(search) && search_is_proven(search);
+	tree->is_reproducible = tree->is_unique || (!search->has_pivoted && !search->met_clock);
 	tree->edge_count = search->best_count;
 	tree->edges = ARENA_ARRAY(arena, search->best_count, uint32_t);
 	if (!tree->edges)
@@ -68,7 +70,8 @@ static enum tw_status solve_in(struct search *search, struct arena *arena, struc
 	if (!search->best_edges)
 		return TW_ERROR_MEMORY;
 	enum tw_status status = instance_init(&search->instance, search->arena, search->graph, search->terminals,
-					      search->terminal_count, search_uses(search, STEINER_PERTURBATION), apart);
+					      search->terminal_count, search->options->ties,
+					      search_uses(search, STEINER_PERTURBATION), apart);
 	if (status == TW_ERROR_NOT_FOUND) {
 		tree->outcome = STEINER_INFEASIBLE;
 		tree->terminal_a = apart[0];
@@ -101,7 +104,8 @@ enum tw_status steiner_solve(const struct graph *graph, const uint32_t *terminal
 		.options = options ? options : &defaults,
 		.stats = &tree->stats,
 		.best_weight = UINT64_MAX,
-		.assumed = UINT64_MAX,
+		.best_fine = FINE_MAX,
+		.assumed = FINE_MAX,
 		.started_s = search_clock_s(),
 		.stage = "start",
 		.error = error,

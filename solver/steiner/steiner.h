@@ -9,8 +9,10 @@
 #include "solver/graph/graph.h"
 #include "tightwire.h"
 
+#include <stdbool.h>
+
 enum steiner_outcome {
-	STEINER_OPTIMAL,    /* the tree is a minimum: lower_bound == weight */
+	STEINER_OPTIMAL,    /* the tree is a minimum: lower_bound == weight. is_unique says which of several */
 	STEINER_LIMIT,      /* a time, work or memory limit ended the search: best tree found, proven lower bound */
 	STEINER_CANCELLED,  /* `cancelled` said so: likewise */
 	STEINER_INFEASIBLE, /* the terminals do not lie in one component: no tree; terminal_a and terminal_b are apart
@@ -28,7 +30,7 @@ enum steiner_feature {
 	STEINER_GUESSING = 1 << 6,     /* guessed upper bounds */
 	STEINER_GUIDE = 1 << 7,        /* a tree that guides the growth of the dual */
 	STEINER_CUTS = 1 << 8,         /* branch and cut */
-	STEINER_PERTURBATION = 1 << 9, /* breaking of ties by fine weights */
+	STEINER_PERTURBATION = 1 << 9, /* breaking of ties by fine weights; without, options.ties is not looked at */
 	STEINER_DYNAMIC = 1 << 10,     /* dynamic programming (then branch and cut must do it) */
 };
 
@@ -48,6 +50,11 @@ struct steiner_options {
 	size_t memory_limit; /* bytes of scratch memory; 0 for none. Deterministic */
 	unsigned threads; /* that grow terminal sets; 0 and 1: the calling one only. Never changes the answer: helpers
 			     go home when memory becomes scarce, and what they hold does not count */
+	/* [graph->edge_count] borrowed; may be NULL. With it the optimum is unique by construction: of the lightest
+	 * trees the one of least sum of tie-breaks. Good ones are hashes of where an edge lies, which know no
+	 * numbering; two trees that agree in both sums are as unlikely as hashes of 32 bits can make it. Without, any
+	 * lightest tree. */
+	const uint32_t *ties;
 	uint64_t disable; /* set of enum steiner_feature bits switched off, for tests: the value must stay the same */
 	/* Called from the calling thread, at stage ends and at most some times a second; may be NULL. */
 	void (*progress)(void *context, const struct steiner_progress *progress);
@@ -74,6 +81,10 @@ struct steiner_tree {
 	uint64_t lower_bound; /* proven; equals weight when optimal */
 	uint32_t *edges;      /* [edge_count] edge indices of the graph, ascending; borrowed from the caller's arena */
 	uint32_t edge_count;
+	bool is_unique; /* optimal, and of least sum of options.ties: proven, too */
+	/* The tree and the bound are the same on every machine: no clock, no cancelling and no pivot of a linear
+	 * program, which is another library's arithmetic, had a part in them. */
+	bool is_reproducible;
 	uint32_t terminal_a, terminal_b; /* infeasible: two terminal vertices in different components */
 	struct steiner_stats stats;
 };

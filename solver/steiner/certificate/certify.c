@@ -21,9 +21,10 @@ static enum tw_status set_up(struct search *search)
 	uint32_t apart[2];
 	struct instance *instance = &search->instance;
 	enum tw_status status = instance_init(instance, search->arena, search->graph, search->terminals,
-					      search->terminal_count, 1, apart);
+					      search->terminal_count, NULL, true, apart);
 	for (uint32_t e = 0; status == TW_OK && e < instance->edge_count; e++)
-		instance->weight[e] = search->graph->weight[instance->origin[e]] << instance->shift;
+		instance->weight[e] = (fine_t)search->graph->weight[instance->origin[e]] << instance->shift;
+	search->best_fine = (fine_t)search->best_weight << instance->shift;
 	return status;
 }
 
@@ -162,7 +163,8 @@ enum tw_status steiner_certify(const struct graph *graph, const uint32_t *termin
 		.best_weight = tree->weight,
 		.best_edges = tree->edges,
 		.best_count = tree->edge_count,
-		.assumed = UINT64_MAX,
+		.best_fine = FINE_MAX,
+		.assumed = FINE_MAX,
 		.started_s = search_clock_s(),
 		.stage = "certificate",
 		.error = error,

@@ -54,12 +54,12 @@ struct cut_search {
 	struct decision *decision; /* [vertex_count] */
 	struct cut_basis *basis;   /* [vertex_count] of the node above each decision */
 	uint32_t depth;
-	uint64_t base;       /* the caller's units: instance.base */
-	int64_t *reduced;    /* [arc_count] of the ascent */
-	uint64_t *path_cost; /* [edge_count] for the heuristic */
-	uint8_t *drop;       /* [pool capacity] */
-	double *centre;      /* [arc_count] the solutions of the node so far, the later the more */
-	double *between;     /* [arc_count] on the way from there to the last one */
+	uint64_t base;     /* the caller's units: instance.base */
+	int64_t *reduced;  /* [arc_count] of the ascent */
+	fine_t *path_cost; /* [edge_count] for the heuristic */
+	uint8_t *drop;     /* [pool capacity] */
+	double *centre;    /* [arc_count] the solutions of the node so far, the later the more */
+	double *between;   /* [arc_count] on the way from there to the last one */
 };
 
 static unsigned count_bits(uint64_t x)
@@ -74,7 +74,7 @@ static enum tw_status problem_init(struct cut_problem *problem, struct search *s
 	const size_t arcs = 2 * (size_t)instance->edge_count;
 	uint64_t total = 0;
 	for (uint32_t e = 0; e < instance->edge_count; e++)
-		total += instance->weight[e] >> instance->shift;
+		total += (uint64_t)(instance->weight[e] >> instance->shift);
 	const unsigned room = WEIGHT_BITS_MAX - count_bits(total);
 	*problem = (struct cut_problem){
 		.search = search,
@@ -92,7 +92,7 @@ static enum tw_status problem_init(struct cut_problem *problem, struct search *s
 	if (!problem->cost || !problem->allowed || !problem->gone || !problem->target)
 		return TW_ERROR_MEMORY;
 	for (uint32_t arc = 0; arc < arcs; arc++) {
-		const uint64_t weight = instance->weight[arc / 2] >> instance->shift;
+		const uint64_t weight = (uint64_t)(instance->weight[arc / 2] >> instance->shift);
 		problem->cost[arc] = (int64_t)(weight << problem->fraction_bits);
 		problem->allowed[arc] = cut_head(problem, arc) != problem->root;
 		problem->gone[arc] = !problem->allowed[arc];
@@ -108,7 +108,7 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 	struct arena *arena = search->arena;
 	const struct instance *instance = &search->instance;
 	const size_t n = instance->vertex_count, m = instance->edge_count;
-	*cut = (struct cut_search){.search = search, .base = instance->base >> instance->shift};
+	*cut = (struct cut_search){.search = search, .base = (uint64_t)(instance->base >> instance->shift)};
 	enum tw_status status = problem_init(&cut->problem, search);
 	if (status != TW_OK)
 		return status;
@@ -130,7 +130,7 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 	cut->decision = ARENA_ARRAY(arena, n, struct decision);
 	cut->basis = ARENA_ZEROED(arena, n, struct cut_basis);
 	cut->reduced = ARENA_ARRAY(arena, 2 * m, int64_t);
-	cut->path_cost = ARENA_ARRAY(arena, m, uint64_t);
+	cut->path_cost = ARENA_ARRAY(arena, m, fine_t);
 	cut->drop = ARENA_ARRAY(arena, rows, uint8_t);
 	cut->centre = ARENA_ARRAY(arena, 2 * m, double);
 	cut->between = ARENA_ARRAY(arena, 2 * m, double);
@@ -143,15 +143,13 @@ static enum tw_status cut_search_init(struct cut_search *cut, struct search *sea
 	return TW_OK;
 }
 
-/* The least weight, without base and in fixed point, that is of no use any more; INT64_MAX for none. */
+/* The least weight, without base and in fixed point, that is of no use any more; INT64_MAX for none. Trees of equal
+ * weight are not told apart here: a linear program cannot see tie-breaks. */
 static int64_t useless_from(const struct cut_search *cut)
 {
-	const uint64_t cutoff = search_cutoff(cut->search);
-	const unsigned shift = cut->search->instance.shift;
-	if (cutoff == UINT64_MAX)
+	const uint64_t units = cut->search->best_weight;
+	if (units == UINT64_MAX)
 		return INT64_MAX;
-	const uint64_t whole = cutoff + cut->search->instance.base;
-	const uint64_t units = (whole >> shift) + ((whole & ((UINT64_C(1) << shift) - 1)) != 0);
 	return units > cut->base ? (int64_t)((units - cut->base) << cut->problem.fraction_bits) : 0;
 }
 
@@ -173,7 +171,7 @@ static void report_bound(struct cut_search *cut, int64_t bound)
 	if (cut->depth || bound == INT64_MAX)
 		return;
 	const uint64_t units = (uint64_t)(round_up(cut, bound) >> cut->problem.fraction_bits) + cut->base;
-	const uint64_t fine = units << instance->shift;
+	const fine_t fine = (fine_t)units << instance->shift;
 	search_bound(cut->search, fine > instance->base ? fine - instance->base : 0);
 }
 
@@ -478,6 +476,7 @@ enum tw_status cut_open(struct cut_search **opened, struct search *search)
 	if (!search_uses(search, STEINER_CUTS) || 2 * (uint64_t)search->instance.edge_count > ARCS_MAX)
 		return TW_ERROR_UNSUPPORTED;
 	struct cut_search *cut = ARENA_ARRAY(search->arena, 1, struct cut_search);
+	search->has_pivoted = true;
 	enum tw_status status = cut ? cut_search_init(cut, search) : TW_ERROR_MEMORY;
 	if (status != TW_OK)
 		return status;
@@ -493,8 +492,10 @@ enum tw_status cut_run(struct cut_search *cut)
 {
 	search_enter(cut->search, "branch and cut");
 	const enum tw_status status = explore(cut);
-	if (status == TW_OK)
-		search_bound(cut->search, search_cutoff(cut->search));
+	if (status == TW_OK) {
+		const struct instance *instance = &cut->search->instance;
+		search_bound(cut->search, ((fine_t)cut->search->best_weight << instance->shift) - instance->base);
+	}
 	return status;
 }
 

@@ -17,9 +17,9 @@ uint64_t dual_draw(struct dual *dual, uint64_t below)
 	return number % below;
 }
 
-uint32_t dual_coarse(const struct dual *dual, uint64_t fine)
+uint32_t dual_coarse(const struct dual *dual, fine_t fine)
 {
-	uint64_t cost = fine >> dual->coarse_shift;
+	const fine_t cost = fine >> dual->coarse_shift;
 	return cost < DUAL_FAR ? (uint32_t)cost : DUAL_FAR;
 }
 

@@ -90,7 +90,7 @@ enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t r
 
 /* For dual_init: fills near, near_distance and middle. Below, what a fine weight is in coarse units. */
 enum tw_status dual_survey(struct dual *dual, struct search *search) TW_NODISCARD;
-uint32_t dual_coarse(const struct dual *dual, uint64_t fine);
+uint32_t dual_coarse(const struct dual *dual, fine_t fine);
 
 /* Grows first balls around all terminals, in turns whose limit grows by this factor. */
 enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned factor_percent) TW_NODISCARD;
@@ -105,7 +105,7 @@ enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint64
 
 /* Takes out the balls of a few neighbouring terminals, grows them anew in another order, and keeps what is no worse,
  * until about `effort` work units are spent or the bound reaches `target` (fine). */
-enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t effort, uint64_t target) TW_NODISCARD;
+enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t effort, fine_t target) TW_NODISCARD;
 
 /* Distances by reduced costs: of every vertex from the root, and from every vertex to the nearest terminal but the
  * root; DUAL_FAR where it is `limit` or more. Arrays of vertex_count. */
@@ -118,9 +118,9 @@ enum tw_status dual_transfer(struct dual *dual, struct search *search, const str
 			     const uint32_t *number) TW_NODISCARD;
 
 /* The fine weight that the bound proves. */
-static inline uint64_t dual_fine_bound(const struct dual *dual)
+static inline fine_t dual_fine_bound(const struct dual *dual)
 {
-	return dual->bound << dual->coarse_shift;
+	return (fine_t)dual->bound << dual->coarse_shift;
 }
 
 #endif

@@ -144,7 +144,7 @@ static enum tw_status try_step(struct dual *dual, struct search *search, int *ga
 	return status;
 }
 
-enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t effort, uint64_t target)
+enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t effort, fine_t target)
 {
 	const uint64_t end = search->work + effort;
 	enum tw_status status = dual_guide(dual, search);

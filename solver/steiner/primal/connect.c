@@ -16,7 +16,7 @@
 
 enum { HEAP_ENTRIES_MAX = 1 << 21, LABELS_MAX = 3 << 20 };
 
-#define FAR UINT64_MAX
+#define FAR FINE_MAX
 #define FROM_NONE UINT32_MAX
 #define FROM_SPLIT 0x80000000u /* with the set of one half; else the arc by which the label came */
 
@@ -36,7 +36,7 @@ enum tw_status primal_connect_init(struct primal_connect *connect, struct arena 
 		.local = ARENA_ARRAY(arena, n, uint32_t),
 		.first = ARENA_ARRAY(arena, n + 1, uint32_t),
 		.arc = ARENA_ARRAY(arena, arcs, struct primal_arc),
-		.cost = ARENA_ARRAY(arena, labels, uint64_t),
+		.cost = ARENA_ARRAY(arena, labels, fine_t),
 		.from = ARENA_ARRAY(arena, labels, uint32_t),
 		.label_capacity = labels,
 	};
@@ -47,7 +47,7 @@ enum tw_status primal_connect_init(struct primal_connect *connect, struct arena 
 }
 
 /* A path of this length from the piece reaches v. Keeps the two nearest of different pieces. */
-static int offer_path(struct primal_connect *connect, uint32_t v, uint64_t distance, uint8_t piece)
+static int offer_path(struct primal_connect *connect, uint32_t v, fine_t distance, uint8_t piece)
 {
 	struct primal_nearest *nearest = &connect->nearest[v];
 	if (connect->seen[v] != connect->round) {
@@ -82,7 +82,7 @@ static int offer_path(struct primal_connect *connect, uint32_t v, uint64_t dista
 
 /* False when the workspace is too small or the search stops. */
 static int grow_pieces(struct primal_connect *connect, const uint32_t *members, const uint8_t *pieces,
-		       uint32_t member_count, uint64_t limit, uint32_t touched_max)
+		       uint32_t member_count, fine_t limit, uint32_t touched_max)
 {
 	const struct instance *instance = &connect->search->instance;
 	struct heap *heap = &connect->heap;
@@ -104,7 +104,7 @@ static int grow_pieces(struct primal_connect *connect, const uint32_t *members, 
 		if (place > 1 || nearest->piece[place] != top.extra || nearest->distance[place] != top.key)
 			continue;
 		nearest->settled++;
-		const uint64_t before = place ? nearest->distance[0] : top.key;
+		const fine_t before = place ? nearest->distance[0] : top.key;
 		if (before >= limit - top.key || connect->touched_count > touched_max)
 			continue;
 		const uint32_t end = instance->first[v + 1];
@@ -113,7 +113,7 @@ static int grow_pieces(struct primal_connect *connect, const uint32_t *members, 
 			return 0;
 		for (uint32_t a = instance->first[v]; a < end; a++) {
 			const uint32_t u = instance->head[a];
-			const uint64_t distance = top.key + instance->weight[instance->edge[a]];
+			const fine_t distance = top.key + instance->weight[instance->edge[a]];
 			if (distance < limit && (!connect->allowed || connect->allowed[u]) &&
 			    offer_path(connect, u, distance, (uint8_t)top.extra))
 				heap_push(heap, distance, u, top.extra);
@@ -123,10 +123,10 @@ static int grow_pieces(struct primal_connect *connect, const uint32_t *members, 
 }
 
 /* The sum of the k - 2 smallest radii. */
-static uint64_t sum_radii(const struct primal_connect *connect, uint32_t piece_count, uint64_t limit)
+static fine_t sum_radii(const struct primal_connect *connect, uint32_t piece_count, fine_t limit)
 {
 	const struct instance *instance = &connect->search->instance;
-	uint64_t radius[PRIMAL_PIECES_MAX], sum = 0;
+	fine_t radius[PRIMAL_PIECES_MAX], sum = 0;
 	for (uint32_t i = 0; i < piece_count; i++)
 		radius[i] = limit / 2;
 	for (uint32_t i = 0; i < connect->touched_count; i++) {
@@ -136,12 +136,12 @@ static uint64_t sum_radii(const struct primal_connect *connect, uint32_t piece_c
 			const uint32_t u = instance->head[a];
 			if (connect->seen[u] != connect->round || connect->nearest[u].piece[0] == nearest->piece[0])
 				continue;
-			const uint64_t out = nearest->distance[0] + instance->weight[instance->edge[a]];
+			const fine_t out = nearest->distance[0] + instance->weight[instance->edge[a]];
 			if (out < radius[nearest->piece[0]])
 				radius[nearest->piece[0]] = out;
 		}
 	}
-	uint64_t largest[2] = {0, 0};
+	fine_t largest[2] = {0, 0};
 	for (uint32_t i = 0; i < piece_count; i++) {
 		sum += radius[i];
 		if (radius[i] > largest[0]) {
@@ -154,7 +154,7 @@ static uint64_t sum_radii(const struct primal_connect *connect, uint32_t piece_c
 	return sum - largest[0] - largest[1];
 }
 
-static int choose_region(struct primal_connect *connect, uint64_t limit, uint32_t region_max)
+static int choose_region(struct primal_connect *connect, fine_t limit, uint32_t region_max)
 {
 	const struct instance *instance = &connect->search->instance;
 	connect->region_count = 0;
@@ -185,23 +185,23 @@ static int choose_region(struct primal_connect *connect, uint64_t limit, uint32_
 }
 
 /* What a label of a set at v must still bridge at least; `distance` is by piece. */
-static uint64_t future_cost(const uint64_t *distance, uint32_t region_count, uint64_t (*between)[PRIMAL_PIECES_MAX],
-			    uint32_t missing, uint32_t v)
+static fine_t future_cost(const fine_t *distance, uint32_t region_count, fine_t (*between)[PRIMAL_PIECES_MAX],
+			  uint32_t missing, uint32_t v)
 {
-	uint64_t most = 0;
+	fine_t most = 0;
 	for (uint32_t left = missing; left; left &= left - 1) {
 		const uint32_t i = (uint32_t)__builtin_ctz(left);
-		const uint64_t to_i = distance[(size_t)i * region_count + v];
+		const fine_t to_i = distance[(size_t)i * region_count + v];
 		if (to_i == FAR)
 			return FAR;
 		if (to_i > most)
 			most = to_i;
 		for (uint32_t other = left & (left - 1); other; other &= other - 1) {
 			const uint32_t j = (uint32_t)__builtin_ctz(other);
-			const uint64_t to_j = distance[(size_t)j * region_count + v];
+			const fine_t to_j = distance[(size_t)j * region_count + v];
 			if (to_j == FAR)
 				return FAR;
-			const uint64_t round_trip = (to_i + to_j + between[i][j]) / 2;
+			const fine_t round_trip = (to_i + to_j + between[i][j]) / 2;
 			if (round_trip > most)
 				most = round_trip;
 		}
@@ -210,8 +210,8 @@ static uint64_t future_cost(const uint64_t *distance, uint32_t region_count, uin
 }
 
 /* Dijkstra in the region from the labels that `cost` holds. `missing` 0: no future cost. */
-static int spread(struct primal_connect *connect, uint64_t *cost, uint32_t *from,
-		  uint64_t (*between)[PRIMAL_PIECES_MAX], uint32_t missing, uint64_t limit)
+static int spread(struct primal_connect *connect, fine_t *cost, uint32_t *from, fine_t (*between)[PRIMAL_PIECES_MAX],
+		  uint32_t missing, fine_t limit)
 {
 	const uint32_t r = connect->region_count;
 	const struct instance *instance = &connect->search->instance;
@@ -229,11 +229,11 @@ static int spread(struct primal_connect *connect, uint64_t *cost, uint32_t *from
 		work += end - connect->first[top.item];
 		for (uint32_t a = connect->first[top.item]; a < end; a++) {
 			const struct primal_arc *arc = &connect->arc[a];
-			const uint64_t distance = top.key + instance->weight[arc->edge];
+			const fine_t distance = top.key + instance->weight[arc->edge];
 			if (distance >= cost[arc->head] || distance >= limit)
 				continue;
 			if (missing) {
-				const uint64_t future = future_cost(connect->distance, r, between, missing, arc->head);
+				const fine_t future = future_cost(connect->distance, r, between, missing, arc->head);
 				if (future >= limit - distance)
 					continue;
 			}
@@ -247,11 +247,11 @@ static int spread(struct primal_connect *connect, uint64_t *cost, uint32_t *from
 
 /* Distances from every piece, and between the pieces. The root piece's stand in the rows of `spare`. */
 static int measure(struct primal_connect *connect, const uint32_t *members, const uint8_t *pieces,
-		   uint32_t member_count, uint32_t piece_count, uint32_t *from, uint64_t limit,
-		   uint64_t (*between)[PRIMAL_PIECES_MAX])
+		   uint32_t member_count, uint32_t piece_count, uint32_t *from, fine_t limit,
+		   fine_t (*between)[PRIMAL_PIECES_MAX])
 {
 	const uint32_t r = connect->region_count;
-	memset(connect->distance, 0xff, (size_t)piece_count * r * sizeof(uint64_t));
+	memset(connect->distance, 0xff, (size_t)piece_count * r * sizeof(fine_t));
 	memset(from, 0xff, (size_t)piece_count * r * sizeof *from);
 	for (uint32_t i = 0; i < member_count; i++)
 		if (connect->local[members[i]] != FROM_NONE)
@@ -279,10 +279,10 @@ static int measure(struct primal_connect *connect, const uint32_t *members, cons
 
 /* The labels of `set` from the halves of it. */
 static uint64_t split(struct primal_connect *connect, uint32_t set, uint32_t missing,
-		      uint64_t (*between)[PRIMAL_PIECES_MAX], uint64_t limit)
+		      fine_t (*between)[PRIMAL_PIECES_MAX], fine_t limit)
 {
 	const uint32_t r = connect->region_count, lowest = set & (0u - set);
-	uint64_t *cost = connect->cost + (size_t)set * r;
+	fine_t *cost = connect->cost + (size_t)set * r;
 	uint32_t *from = connect->from + (size_t)set * r;
 	uint64_t work = 0;
 	memset(cost, 0xff, r * sizeof *cost);
@@ -290,7 +290,7 @@ static uint64_t split(struct primal_connect *connect, uint32_t set, uint32_t mis
 	for (uint32_t half = (set - 1) & set; half; half = (half - 1) & set) {
 		if (!(half & lowest))
 			continue;
-		const uint64_t *a = connect->cost + (size_t)half * r, *b = connect->cost + (size_t)(set ^ half) * r;
+		const fine_t *a = connect->cost + (size_t)half * r, *b = connect->cost + (size_t)(set ^ half) * r;
 		work += r / 4;
 		for (uint32_t v = 0; v < r; v++) {
 			if (a[v] == FAR || b[v] == FAR || a[v] + b[v] >= cost[v])
@@ -341,14 +341,14 @@ static uint32_t trace(const struct primal_connect *connect, uint32_t set, uint32
 }
 
 uint32_t primal_connect_pieces(struct primal_connect *connect, const uint32_t *members, const uint8_t *pieces,
-			       uint32_t member_count, uint32_t piece_count, uint64_t limit, uint32_t region_max,
+			       uint32_t member_count, uint32_t piece_count, fine_t limit, uint32_t region_max,
 			       uint32_t *edges)
 {
-	uint64_t between[PRIMAL_PIECES_MAX][PRIMAL_PIECES_MAX];
+	fine_t between[PRIMAL_PIECES_MAX][PRIMAL_PIECES_MAX];
 	const uint32_t root = piece_count - 1, sets = 1u << root;
 	if (!grow_pieces(connect, members, pieces, member_count, limit, 8 * region_max))
 		return 0;
-	const uint64_t radii = sum_radii(connect, piece_count, limit);
+	const fine_t radii = sum_radii(connect, piece_count, limit);
 	if (radii >= limit || !choose_region(connect, limit - radii, region_max))
 		return 0;
 	const uint32_t r = connect->region_count;
@@ -361,7 +361,7 @@ uint32_t primal_connect_pieces(struct primal_connect *connect, const uint32_t *m
 		return 0;
 	uint64_t work = 0;
 	for (uint32_t set = 1; set < sets; set++) {
-		uint64_t *cost = connect->cost + (size_t)set * r;
+		fine_t *cost = connect->cost + (size_t)set * r;
 		if (!(set & (set - 1))) {
 			const size_t piece = (size_t)__builtin_ctz(set);
 			memcpy(cost, connect->distance + piece * r, r * sizeof *cost);
@@ -373,9 +373,9 @@ uint32_t primal_connect_pieces(struct primal_connect *connect, const uint32_t *m
 		if (set + 1 < sets && !spread(connect, cost, connect->from + (size_t)set * r, between, missing, limit))
 			return 0;
 	}
-	uint64_t best = limit;
+	fine_t best = limit;
 	uint32_t at = FROM_NONE;
-	const uint64_t *all = connect->cost + (size_t)(sets - 1) * r, *home = connect->distance + (size_t)root * r;
+	const fine_t *all = connect->cost + (size_t)(sets - 1) * r, *home = connect->distance + (size_t)root * r;
 	for (uint32_t v = 0; v < r; v++)
 		if (all[v] != FAR && home[v] != FAR && all[v] + home[v] < best) {
 			best = all[v] + home[v];

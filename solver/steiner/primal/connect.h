@@ -29,14 +29,14 @@ struct primal_connect {
 	uint32_t arc_capacity;
 
 	/* cost[set * region_count + v]: lightest way to connect the pieces of the set and v. */
-	uint64_t *cost;
+	fine_t *cost;
 	uint32_t *from; /* the same shape: how */
 	size_t label_capacity;
-	uint64_t *distance; /* [pieces * region_count], from each piece; part of `cost` */
+	fine_t *distance; /* [pieces * region_count], from each piece; part of `cost` */
 };
 
 struct primal_nearest {
-	uint64_t distance[2];
+	fine_t distance[2];
 	uint8_t piece[2];
 	uint8_t settled;
 };
@@ -54,7 +54,7 @@ enum tw_status primal_connect_init(struct primal_connect *connect, struct arena 
  * vertex_count) and returns how many; 0 when there is nothing lighter than `limit`, or when the region is too large for
  * `region_max` vertices or the workspace. */
 uint32_t primal_connect_pieces(struct primal_connect *connect, const uint32_t *members, const uint8_t *pieces,
-			       uint32_t member_count, uint32_t piece_count, uint64_t limit, uint32_t region_max,
+			       uint32_t member_count, uint32_t piece_count, fine_t limit, uint32_t region_max,
 			       uint32_t *edges);
 
 #endif

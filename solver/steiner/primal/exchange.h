@@ -14,7 +14,7 @@ struct primal_exchange {
 	uint8_t *piece;                 /* [vertex_count] piece of a tree vertex, valid in one attempt */
 	uint32_t *cut;                  /* [vertex_count] edges taken out */
 	uint32_t cut_count;
-	uint64_t cut_weight;
+	fine_t cut_weight;
 	uint32_t cut_changed; /* the latest change among the vertices met */
 	uint32_t *member;     /* [vertex_count] vertices that stay in the tree */
 	uint8_t *member_piece;

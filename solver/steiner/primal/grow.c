@@ -13,9 +13,9 @@
 struct growth {
 	const struct instance *instance;
 	struct heap heap;
-	uint64_t *distance; /* [vertex_count] to the tree */
-	uint32_t *toward;   /* [vertex_count] edge towards it */
-	uint8_t *joined;    /* [vertex_count] in the tree */
+	fine_t *distance; /* [vertex_count] to the tree */
+	uint32_t *toward; /* [vertex_count] edge towards it */
+	uint8_t *joined;  /* [vertex_count] in the tree */
 	uint32_t *edges;
 	uint32_t count;
 };
@@ -34,7 +34,7 @@ static void join(struct growth *growth, uint32_t v)
 }
 
 /* Joins the `apart` terminals outside of the tree. Returns how many could not be. */
-static uint32_t grow(struct growth *growth, struct search *search, const uint64_t *cost, const uint8_t *allowed,
+static uint32_t grow(struct growth *growth, struct search *search, const fine_t *cost, const uint8_t *allowed,
 		     uint32_t apart, uint64_t effort)
 {
 	const struct instance *instance = growth->instance;
@@ -55,7 +55,7 @@ static uint32_t grow(struct growth *growth, struct search *search, const uint64_
 			break;
 		for (uint32_t a = begin; a < end; a++) {
 			const uint32_t u = instance->head[a];
-			const uint64_t longer = top.key + cost[instance->edge[a]];
+			const fine_t longer = top.key + cost[instance->edge[a]];
 			if (longer >= growth->distance[u] || (allowed && !allowed[u]))
 				continue;
 			growth->distance[u] = longer;
@@ -67,7 +67,7 @@ static uint32_t grow(struct growth *growth, struct search *search, const uint64_
 	return apart;
 }
 
-enum tw_status primal_grow_tree(struct search *search, const uint64_t *cost, const uint8_t *allowed, uint32_t start,
+enum tw_status primal_grow_tree(struct search *search, const fine_t *cost, const uint8_t *allowed, uint32_t start,
 				uint64_t effort, uint32_t *edges, uint32_t *edge_count)
 {
 	const struct instance *instance = &search->instance;
@@ -77,7 +77,7 @@ enum tw_status primal_grow_tree(struct search *search, const uint64_t *cost, con
 	struct growth growth = {
 		.instance = instance,
 		.heap = {.entry = ARENA_ARRAY(arena, capacity, struct heap_entry), .capacity = capacity},
-		.distance = ARENA_ARRAY(arena, n, uint64_t),
+		.distance = ARENA_ARRAY(arena, n, fine_t),
 		.toward = ARENA_ARRAY(arena, n, uint32_t),
 		.joined = ARENA_ZEROED(arena, n, uint8_t),
 		.edges = edges,

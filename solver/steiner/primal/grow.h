@@ -9,7 +9,7 @@
  * of the tree, which may have a bare end at `start`, to `edges` (room for vertex_count). *edge_count is 0 when the
  * allowed vertices do not connect the terminals, or when the heuristic would take more than `effort` work units.
  * TW_ERROR_MEMORY. */
-enum tw_status primal_grow_tree(struct search *search, const uint64_t *cost, const uint8_t *allowed, uint32_t start,
+enum tw_status primal_grow_tree(struct search *search, const fine_t *cost, const uint8_t *allowed, uint32_t start,
 				uint64_t effort, uint32_t *edges, uint32_t *edge_count) TW_NODISCARD;
 
 #endif

@@ -12,13 +12,13 @@
 #include <string.h>
 
 struct voronoi {
-	uint64_t *distance; /* [vertex_count] to the nearest terminal */
-	uint32_t *base;     /* [vertex_count] index of that terminal */
-	uint32_t *arc;      /* [vertex_count] edge towards it, INSTANCE_NONE at the terminal */
+	fine_t *distance; /* [vertex_count] to the nearest terminal */
+	uint32_t *base;   /* [vertex_count] index of that terminal */
+	uint32_t *arc;    /* [vertex_count] edge towards it, INSTANCE_NONE at the terminal */
 };
 
 struct border {
-	uint64_t length; /* of the path between the two terminals */
+	fine_t length; /* of the path between the two terminals */
 	uint32_t edge;
 };
 
@@ -30,11 +30,11 @@ static int compare_borders(const void *a, const void *b)
 	return (x->edge > y->edge) - (x->edge < y->edge);
 }
 
-static void grow_regions(struct search *search, const uint64_t *cost, const uint8_t *allowed,
+static void grow_regions(struct search *search, const fine_t *cost, const uint8_t *allowed,
 			 const struct voronoi *voronoi, struct heap *heap)
 {
 	const struct instance *instance = &search->instance;
-	memset(voronoi->distance, 0xff, instance->vertex_count * sizeof(uint64_t));
+	memset(voronoi->distance, 0xff, instance->vertex_count * sizeof(fine_t));
 	for (uint32_t t = 0; t < instance->terminal_count; t++) {
 		uint32_t v = instance->terminal[t];
 		voronoi->distance[v] = 0;
@@ -49,7 +49,7 @@ static void grow_regions(struct search *search, const uint64_t *cost, const uint
 			continue;
 		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
 			uint32_t u = instance->head[a], e = instance->edge[a];
-			uint64_t distance = top.key + cost[e];
+			fine_t distance = top.key + cost[e];
 			if (distance >= voronoi->distance[u] || (allowed && !allowed[u]))
 				continue;
 			voronoi->distance[u] = distance;
@@ -61,13 +61,13 @@ static void grow_regions(struct search *search, const uint64_t *cost, const uint
 	}
 }
 
-static uint32_t list_borders(const struct instance *instance, const uint64_t *cost, const struct voronoi *voronoi,
+static uint32_t list_borders(const struct instance *instance, const fine_t *cost, const struct voronoi *voronoi,
 			     struct border *borders)
 {
 	uint32_t count = 0;
 	for (uint32_t e = 0; e < instance->edge_count; e++) {
 		uint32_t u = instance->ends[2 * e], v = instance->ends[2 * e + 1];
-		if (voronoi->distance[u] == UINT64_MAX || voronoi->distance[v] == UINT64_MAX ||
+		if (voronoi->distance[u] == FINE_MAX || voronoi->distance[v] == FINE_MAX ||
 		    voronoi->base[u] == voronoi->base[v])
 			continue;
 		borders[count++] = (struct border){
@@ -92,7 +92,7 @@ static uint32_t add_path(const struct instance *instance, const struct voronoi *
 	return count;
 }
 
-enum tw_status primal_path_connect(struct search *search, const uint64_t *cost, const uint8_t *allowed, uint32_t *edges,
+enum tw_status primal_path_connect(struct search *search, const fine_t *cost, const uint8_t *allowed, uint32_t *edges,
 				   uint32_t *edge_count)
 {
 	const struct instance *instance = &search->instance;
@@ -100,7 +100,7 @@ enum tw_status primal_path_connect(struct search *search, const uint64_t *cost, 
 	const struct arena_mark mark = arena_mark(arena);
 	const size_t n = instance->vertex_count, m = instance->edge_count, k = instance->terminal_count;
 	const struct voronoi voronoi = {
-		.distance = ARENA_ARRAY(arena, n, uint64_t),
+		.distance = ARENA_ARRAY(arena, n, fine_t),
 		.base = ARENA_ARRAY(arena, n, uint32_t),
 		.arc = ARENA_ARRAY(arena, n, uint32_t),
 	};

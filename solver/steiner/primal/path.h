@@ -8,7 +8,7 @@
  * (`allowed` [vertex_count], NULL: all). Writes the edges to `edges` (room for vertex_count + terminal_count): they
  * form a tree, maybe with bare ends, or a forest if the allowed vertices do not connect the terminals. TW_ERROR_MEMORY.
  */
-enum tw_status primal_path_connect(struct search *search, const uint64_t *cost, const uint8_t *allowed, uint32_t *edges,
+enum tw_status primal_path_connect(struct search *search, const fine_t *cost, const uint8_t *allowed, uint32_t *edges,
 				   uint32_t *edge_count) TW_NODISCARD;
 
 #endif

@@ -59,7 +59,7 @@ struct improver {
 	struct primal_tree tree;
 	struct primal_connect connect;
 	struct primal_exchange exchange;
-	uint64_t *cost;    /* [edge_count] for the shortest-path heuristic */
+	fine_t *cost;      /* [edge_count] for the shortest-path heuristic */
 	uint32_t *edges;   /* [vertex_count + terminal_count] a start */
 	uint8_t *corridor; /* [vertex_count] */
 	uint64_t *passage; /* [vertex_count] reduced cost of the cheapest way through the vertex */
@@ -80,7 +80,7 @@ static enum tw_status improver_init(struct improver *improver, struct search *se
 	*improver = (struct improver){
 		.search = search,
 		.dual = dual,
-		.cost = ARENA_ARRAY(arena, m, uint64_t),
+		.cost = ARENA_ARRAY(arena, m, fine_t),
 		.edges = ARENA_ARRAY(arena, n + search->instance.terminal_count, uint32_t),
 		.corridor = ARENA_ARRAY(arena, n, uint8_t),
 		.passage = ARENA_ARRAY(arena, n, uint64_t),
@@ -150,7 +150,7 @@ static enum tw_status cost_of_best(struct improver *improver)
 static enum tw_status start_new(struct improver *improver)
 {
 	struct search *search = improver->search;
-	const uint64_t *weight = search->instance.weight;
+	const fine_t *weight = search->instance.weight;
 	uint32_t count = 0;
 	enum tw_status status = primal_grow_tree(
 		search, weight, improver->connect.allowed, search->instance.terminal[improver->dual->root],
@@ -200,7 +200,7 @@ static enum tw_status widen(struct improver *improver)
 	if (status == TW_OK && improver->tree.weight > search_cutoff(search))
 		status = start_from_best(improver);
 	while (status == TW_OK && search->work < improver->work_end && !search->stop) {
-		const uint64_t gap = search_cutoff(search) - dual_fine_bound(improver->dual);
+		const fine_t gap = search_cutoff(search) - dual_fine_bound(improver->dual);
 		if (wanted >= n || improver->sorted[wanted] > gap >> improver->dual->coarse_shift)
 			break;
 		wanted = choose_corridor(improver, 2 * wanted);

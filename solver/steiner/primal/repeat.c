@@ -35,7 +35,7 @@ static enum tw_status offer(struct repeat *repeat, uint32_t start, uint32_t edge
 	return search_offer(repeat->search, repeat->tree.edge, repeat->tree.edge_count);
 }
 
-enum tw_status primal_repeat(struct search *search, const uint64_t *cost, uint32_t skip, uint64_t effort)
+enum tw_status primal_repeat(struct search *search, const fine_t *cost, uint32_t skip, uint64_t effort)
 {
 	const struct instance *instance = &search->instance;
 	const struct arena_mark mark = arena_mark(search->arena);

@@ -36,7 +36,7 @@ static int compare_by_weight(const void *a, const void *b, void *context)
 {
 	const struct instance *instance = context;
 	const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-	const uint64_t p = instance->weight[x], q = instance->weight[y];
+	const fine_t p = instance->weight[x], q = instance->weight[y];
 	if (p != q)
 		return p < q ? -1 : 1;
 	return (x > y) - (x < y);

@@ -8,7 +8,7 @@ struct primal_tree {
 	const struct instance *instance; /* borrowed */
 	uint32_t *edge;                  /* [edge_count] */
 	uint32_t edge_count;
-	uint64_t weight;  /* fine */
+	fine_t weight;    /* fine */
 	uint8_t *has;     /* [instance edge_count] the edge is in the tree */
 	uint32_t *degree; /* [instance vertex_count] in the tree */
 	uint32_t *parent; /* [instance vertex_count] scratch: union-find, then the sum of incident positions */

@@ -27,7 +27,7 @@ struct set {
 };
 
 struct start {
-	uint64_t cost;
+	fine_t cost;
 	uint32_t vertex;
 	uint32_t part; /* one of the two merged sets */
 	uint32_t next;
@@ -61,7 +61,7 @@ struct dp {
 	struct dp_label *labels; /* [vertex_count] of the set in hand */
 	struct dp_trail *trails; /* [vertex_count] likewise */
 	struct dp_label *at; /* [vertex_count] of the set that is being merged, by vertex; `reduced` counts from_root;
-				elsewhere the cost is UINT64_MAX */
+				elsewhere the cost is FINE_MAX */
 	uint32_t *member;    /* [terminal_count] */
 };
 
@@ -139,7 +139,7 @@ static uint32_t number_set(struct dp *dp, const uint64_t *bits)
 	return (uint32_t)s;
 }
 
-static int add_start(struct dp *dp, uint32_t set, uint32_t vertex, uint64_t cost, uint32_t part)
+static int add_start(struct dp *dp, uint32_t set, uint32_t vertex, fine_t cost, uint32_t part)
 {
 	uint32_t i = dp->free_start;
 	if (i != INSTANCE_NONE) {
@@ -160,12 +160,13 @@ static enum tw_status merge_pair(struct dp *dp, uint32_t set, uint32_t other)
 {
 	uint64_t bits[64]; /* TW_LIMIT_TERMINALS / 64 */
 	uint32_t union_set = INSTANCE_NONE;
-	uint64_t room = dp->grower.dual ? dp->grower.room : UINT64_MAX, cutoff = dp->grower.cutoff;
+	const uint64_t room = dp->grower.dual ? dp->grower.room : UINT64_MAX;
+	const fine_t cutoff = dp->grower.cutoff;
 	const struct set *b = &dp->set[other];
 	const struct dp_label *labels = b->labels;
 	for (uint32_t i = 0, count = b->useful; i < count; i++) {
 		const struct dp_label *at = &dp->at[labels[i].vertex];
-		if (at->cost == UINT64_MAX || (uint64_t)at->reduced + labels[i].reduced >= room ||
+		if (at->cost == FINE_MAX || (uint64_t)at->reduced + labels[i].reduced >= room ||
 		    at->cost + labels[i].cost >= cutoff)
 			continue;
 		if (union_set == INSTANCE_NONE) {
@@ -204,7 +205,7 @@ static enum tw_status merge_with_finished(struct dp *dp, uint32_t s, uint64_t si
 		status = merge_pair(dp, s, dp->done[j]);
 	}
 	for (uint32_t i = 0; i < useful; i++)
-		dp->at[labels[i].vertex].cost = UINT64_MAX;
+		dp->at[labels[i].vertex].cost = FINE_MAX;
 	if (!search_spend(dp->search, useful + scanned / 2 + dp->done_count / 16))
 		status = TW_ERROR_CANCELLED;
 	return status;
@@ -396,7 +397,7 @@ static void color_regions(struct dp *dp, uint32_t *queue)
 			}
 }
 
-enum tw_status dp_solve(struct search *search, const struct dual *dual, uint64_t cutoff, int *found)
+enum tw_status dp_solve(struct search *search, const struct dual *dual, fine_t cutoff, int *found)
 {
 	const struct instance *instance = &search->instance;
 	size_t n = instance->vertex_count, k = instance->terminal_count;

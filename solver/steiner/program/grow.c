@@ -71,7 +71,7 @@ static enum tw_status allocate_scratch(struct dp_grower *grower, struct arena *a
 		       : TW_ERROR_MEMORY;
 }
 
-enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, const struct dual *dual, uint64_t cutoff)
+enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, const struct dual *dual, fine_t cutoff)
 {
 	const struct instance *instance = &search->instance;
 	*grower = (struct dp_grower){
@@ -233,12 +233,12 @@ static int outside_holds(struct dp_grower *grower)
 
 /* What a label's tree weighs beyond its share of the bound: its cost, less the values of its terminals' cuts that do
  * not hold v. */
-static inline uint32_t reduced_cost(const struct dp_grower *grower, uint32_t v, uint64_t cost)
+static inline uint32_t reduced_cost(const struct dp_grower *grower, uint32_t v, fine_t cost)
 {
 	if (!grower->dual)
 		return 0;
 	const uint32_t *depth = grower->depth + (size_t)v * grower->search->instance.terminal_count;
-	uint64_t reduced = cost >> grower->dual->coarse_shift;
+	uint64_t reduced = (uint64_t)(cost >> grower->dual->coarse_shift);
 	for (uint32_t i = 0; i < grower->member_count; i++)
 		reduced += depth[grower->member[i]];
 	/* Rounding of cost may bring it one below. */
@@ -246,7 +246,7 @@ static inline uint32_t reduced_cost(const struct dp_grower *grower, uint32_t v, 
 }
 
 /* Whether a tree below the cutoff may hold the label. */
-static inline int is_affordable(const struct dp_grower *grower, uint32_t v, uint64_t cost)
+static inline int is_affordable(const struct dp_grower *grower, uint32_t v, fine_t cost)
 {
 	if (!grower->dual)
 		return 1;
@@ -270,7 +270,7 @@ void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t m
 	grower->heap.count = 0;
 }
 
-void dp_grow_add(struct dp_grower *grower, uint32_t vertex, uint64_t cost, uint32_t from)
+void dp_grow_add(struct dp_grower *grower, uint32_t vertex, fine_t cost, uint32_t from)
 {
 	struct dp_cell *cell = &grower->cell[vertex];
 	if (cell->stamp == stamp_of(grower, DP_REACHED) && cell->cost <= cost)
@@ -279,14 +279,14 @@ void dp_grow_add(struct dp_grower *grower, uint32_t vertex, uint64_t cost, uint3
 	heap_push(&grower->heap, cost, vertex, 0);
 }
 
-static void relax(struct dp_grower *grower, uint32_t v, uint64_t cost)
+static void relax(struct dp_grower *grower, uint32_t v, fine_t cost)
 {
 	const struct instance *instance = &grower->search->instance;
 	const struct dp_arc *arc = grower->arc;
 	uint32_t reached = stamp_of(grower, DP_REACHED);
 	for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
 		uint32_t u = arc[a].head;
-		uint64_t longer = cost + arc[a].weight;
+		fine_t longer = cost + arc[a].weight;
 		struct dp_cell *cell = &grower->cell[u];
 		if (longer >= grower->cutoff || (cell->stamp == reached && cell->cost <= longer) ||
 		    (cell->stamp > reached && cell->stamp <= (reached | 3)))
@@ -304,7 +304,7 @@ static void settle(struct dp_grower *grower)
 {
 	int separators = search_uses(grower->search, STEINER_SEPARATORS);
 	uint32_t next_check = FIRST_CHECK;
-	uint64_t last = 0, end = UINT64_MAX; /* labels above `end` are of no use */
+	fine_t last = 0, end = FINE_MAX; /* labels above `end` are of no use */
 	while (grower->heap.count) {
 		struct heap_entry top = heap_pop(&grower->heap);
 		uint32_t v = top.item;
@@ -368,7 +368,7 @@ static void mark_useful(struct dp_grower *grower)
 	if (separators)
 		search_outside(grower);
 	for (uint32_t end = grower->ball_count, begin; end; end = begin) {
-		uint64_t cost = grower->cell[grower->ball[end - 1]].cost;
+		fine_t cost = grower->cell[grower->ball[end - 1]].cost;
 		for (begin = end; begin && grower->cell[grower->ball[begin - 1]].cost == cost; begin--)
 			if (separators)
 				give_back(grower, grower->ball[begin - 1]);

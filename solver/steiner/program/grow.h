@@ -12,7 +12,7 @@
 /* A label that an optimum could use. `reduced`: what its tree weighs beyond its share of the bound, coarse; the sum
  * over the two parts of a merge is that of the whole. */
 struct dp_label {
-	uint64_t cost; /* fine weight of the tree that spans the set and the vertex */
+	fine_t cost; /* fine weight of the tree that spans the set and the vertex */
 	uint32_t vertex;
 	uint32_t reduced;
 };
@@ -27,12 +27,12 @@ struct dp_trail {
 struct dp_arc {
 	uint32_t head;
 	uint32_t edge;
-	uint64_t weight;
+	fine_t weight;
 };
 
 /* What the growth knows about a vertex. A stamp other than the current one means: nothing. */
 struct dp_cell {
-	uint64_t cost;
+	fine_t cost;
 	uint32_t from;
 	uint32_t stamp; /* epoch << 2 | enum dp_state */
 };
@@ -54,7 +54,7 @@ struct dp_component {
 struct dp_grower {
 	struct search *search;   /* borrowed */
 	const struct dual *dual; /* borrowed; NULL: no future costs */
-	uint64_t cutoff;         /* fine */
+	fine_t cutoff;           /* fine */
 	uint32_t room;           /* coarse: by less than this may a tree exceed the bound */
 	uint32_t root;           /* index of the root terminal */
 	uint32_t *depth;         /* [vertex_count * terminal_count] sum over t's balls of radius - distance */
@@ -84,7 +84,7 @@ struct dp_grower {
 };
 
 enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, const struct dual *dual,
-			      uint64_t cutoff) TW_NODISCARD;
+			      fine_t cutoff) TW_NODISCARD;
 
 /* A second grower for the same sets, whose scratch is taken from `arena`: both can grow at once. `books` is a copy of
  * from->search that counts the work; it must live as long. TW_ERROR_MEMORY. */
@@ -93,7 +93,7 @@ enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, co
 
 /* Starts on a set: `members` are its terminals, `bits` the same. Then come the start labels, then dp_grow. */
 void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t member_count, const uint64_t *bits);
-void dp_grow_add(struct dp_grower *grower, uint32_t vertex, uint64_t cost, uint32_t from);
+void dp_grow_add(struct dp_grower *grower, uint32_t vertex, fine_t cost, uint32_t from);
 
 /* Writes the labels that an optimum could use to `labels`, *useful of them, and to `trails` how these and those that
  * only lead to them came to be; returns the number of the latter. Room for vertex_count in both. */

@@ -41,7 +41,7 @@ struct bounder {
 	int64_t *reduced;     /* [arc_count] */
 	int64_t *from_root;   /* [vertex_count] */
 	int64_t *to_terminal; /* [vertex_count] */
-	uint64_t *path_cost;  /* [edge_count] */
+	fine_t *path_cost;    /* [edge_count] */
 	uint8_t *keep;        /* [edge_count] */
 	struct heap heap;
 };
@@ -63,7 +63,7 @@ static enum tw_status bounder_init(struct bounder *bounder, struct search *searc
 		.reduced = ARENA_ARRAY(arena, 2 * m, int64_t),
 		.from_root = ARENA_ARRAY(arena, n, int64_t),
 		.to_terminal = ARENA_ARRAY(arena, n, int64_t),
-		.path_cost = ARENA_ARRAY(arena, m, uint64_t),
+		.path_cost = ARENA_ARRAY(arena, m, fine_t),
 		.keep = ARENA_ARRAY(arena, m, uint8_t),
 		.heap = {.entry = ARENA_ARRAY(arena, 2 * m + n, struct heap_entry)},
 	};
@@ -120,7 +120,7 @@ static void measure(struct bounder *bounder, int backward, int64_t limit, int64_
 			if (longer >= distance[u])
 				continue;
 			distance[u] = longer;
-			heap_push(heap, (uint64_t)longer, u, 0);
+			heap_push(heap, (fine_t)longer, u, 0);
 		}
 	}
 	bounder->search->work += 2 * (uint64_t)instance->edge_count;
@@ -139,9 +139,9 @@ static int is_affordable(const struct bounder *bounder, uint32_t arc, int64_t ro
 static int64_t useless_from(const struct search *search)
 {
 	const struct instance *instance = &search->instance;
-	const uint64_t whole = search_cutoff(search) + instance->base;
-	const uint64_t units = (whole >> instance->shift) + ((whole & ((UINT64_C(1) << instance->shift) - 1)) != 0);
-	const uint64_t base = instance->base >> instance->shift;
+	const fine_t whole = search_cutoff(search) + instance->base;
+	const fine_t units = (whole >> instance->shift) + ((whole & (((fine_t)1 << instance->shift) - 1)) != 0);
+	const fine_t base = instance->base >> instance->shift;
 	return units > base ? (int64_t)(units - base) : 0;
 }
 
@@ -151,7 +151,7 @@ static enum tw_status find_tree(struct bounder *bounder)
 	const struct instance *instance = bounder->problem.instance;
 	for (uint32_t e = 0; e < instance->edge_count; e++) {
 		const int is_free = !bounder->reduced[2 * e] || !bounder->reduced[2 * e + 1];
-		bounder->path_cost[e] = bounder->keep[e] ? instance->weight[e] : UINT64_MAX >> 24;
+		bounder->path_cost[e] = bounder->keep[e] ? instance->weight[e] : FINE_MAX >> 24;
 		bounder->path_cost[e] *= is_free ? 1 : SUPPORT_FACTOR;
 	}
 	return primal_repeat(bounder->search, bounder->path_cost, 0, TREE_SHARE * (uint64_t)instance->edge_count);
@@ -160,7 +160,7 @@ static enum tw_status find_tree(struct bounder *bounder)
 static void report_bound(struct search *search, int64_t bound)
 {
 	const struct instance *instance = &search->instance;
-	const uint64_t fine = ((uint64_t)bound + (instance->base >> instance->shift)) << instance->shift;
+	const fine_t fine = ((fine_t)bound + (instance->base >> instance->shift)) << instance->shift;
 	search_bound(search, fine > instance->base ? fine - instance->base : 0);
 }
 
@@ -226,7 +226,7 @@ static enum tw_status run_passes(struct search *search, int *empty)
 enum tw_status reduce_by_bounds(struct search *search, int *empty)
 {
 	*empty = 0;
-	if (!search_uses(search, STEINER_FIXING) || search_cutoff(search) == UINT64_MAX ||
+	if (!search_uses(search, STEINER_FIXING) || search_cutoff(search) == FINE_MAX ||
 	    search->graph->edge_count > EDGES_MAX)
 		return TW_OK;
 	/* Ascents by cuts are slow where ways are long, and there those by balls do as well. */

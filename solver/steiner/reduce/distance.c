@@ -25,17 +25,17 @@
 enum { NEAR = 3, LOCAL_ARCS_MAX = 400, LOCAL_ARCS_MIN = 50, ROUND_ARCS = 60000000 };
 enum { SMALL_EDGES = 5000, SPARSE_PERCENT = 25, SAMPLE = 256, PAYING_PERCENT = 2 };
 
-#define FAR UINT64_MAX
+#define FAR FINE_MAX
 
 /* The nearest terminals of a vertex, nearest first. */
 struct near {
-	uint64_t distance[NEAR];
+	fine_t distance[NEAR];
 	uint32_t terminal[NEAR];
 	uint32_t settled;
 };
 
 struct border {
-	uint64_t length;
+	fine_t length;
 	uint32_t a, b; /* terminals */
 };
 
@@ -47,13 +47,13 @@ struct judge {
 	/* The terminals' minimum spanning tree, as the tree of Kruskal's unions: the heaviest link on the way from one
 	 * terminal to another over their parents is the heaviest edge between them in the spanning tree. */
 	uint32_t *parent; /* [terminal_count] */
-	uint64_t *link;   /* [terminal_count] weight at which the terminal's tree was hung under the parent */
+	fine_t *link;     /* [terminal_count] weight at which the terminal's tree was hung under the parent */
 	uint32_t *size;   /* [terminal_count] */
 	/* A bounded Dijkstra around one vertex. */
 	uint32_t arcs_max; /* about so many are looked at: fewer in large graphs */
 	uint32_t round;
-	uint32_t *seen;     /* [vertex_count] */
-	uint64_t *distance; /* [vertex_count] valid where seen[v] == round */
+	uint32_t *seen;   /* [vertex_count] */
+	fine_t *distance; /* [vertex_count] valid where seen[v] == round */
 };
 
 static uint32_t local_arcs_max(const struct instance *instance)
@@ -73,11 +73,11 @@ static enum tw_status judge_init(struct judge *judge, struct search *search)
 		.near = ARENA_ARRAY(arena, n, struct near),
 		.heap = {.entry = ARENA_ARRAY(arena, NEAR * 2 * m + k, struct heap_entry)},
 		.parent = ARENA_ARRAY(arena, k, uint32_t),
-		.link = ARENA_ARRAY(arena, k, uint64_t),
+		.link = ARENA_ARRAY(arena, k, fine_t),
 		.size = ARENA_ARRAY(arena, k, uint32_t),
 		.arcs_max = local_arcs_max(instance),
 		.seen = ARENA_ZEROED(arena, n, uint32_t),
-		.distance = ARENA_ARRAY(arena, n, uint64_t),
+		.distance = ARENA_ARRAY(arena, n, fine_t),
 	};
 	return judge->near && judge->heap.entry && judge->parent && judge->link && judge->size && judge->seen &&
 			       judge->distance
@@ -180,9 +180,9 @@ static void span_terminals(struct judge *judge)
 
 /* The longest edge between two terminals in their spanning tree: links grow towards the root, so the end with the
  * lighter link climbs until both meet. */
-static uint64_t bottleneck(const struct judge *judge, uint32_t a, uint32_t b)
+static fine_t bottleneck(const struct judge *judge, uint32_t a, uint32_t b)
 {
-	uint64_t longest = 0;
+	fine_t longest = 0;
 	while (a != b) {
 		uint32_t *lower = judge->link[a] <= judge->link[b] ? &a : &b;
 		if (judge->link[*lower] == FAR)
@@ -194,16 +194,16 @@ static uint64_t bottleneck(const struct judge *judge, uint32_t a, uint32_t b)
 }
 
 /* A bound on s(u, v) by walks over terminals near to both; gives up at `enough`. */
-static uint64_t distance_by_terminals(const struct judge *judge, uint32_t u, uint32_t v, uint64_t enough)
+static fine_t distance_by_terminals(const struct judge *judge, uint32_t u, uint32_t v, fine_t enough)
 {
 	const struct near *p = &judge->near[u], *q = &judge->near[v];
-	uint64_t least = FAR;
+	fine_t least = FAR;
 	for (uint32_t i = 0; i < p->settled && p->distance[i] < least; i++)
 		for (uint32_t j = 0; j < q->settled && q->distance[j] < least; j++) {
-			uint64_t longest = p->distance[i] > q->distance[j] ? p->distance[i] : q->distance[j];
+			fine_t longest = p->distance[i] > q->distance[j] ? p->distance[i] : q->distance[j];
 			if (longest >= least)
 				continue;
-			const uint64_t between = bottleneck(judge, p->terminal[i], q->terminal[j]);
+			const fine_t between = bottleneck(judge, p->terminal[i], q->terminal[j]);
 			if (between > longest)
 				longest = between;
 			if (longest < least)
@@ -217,7 +217,7 @@ static uint64_t distance_by_terminals(const struct judge *judge, uint32_t u, uin
 /* Distances from u up to `radius` (exclusive), a few vertices at most; the labels of seen vertices are lengths of walks
  * even where the search ended before. Of a hub's row only the head is looked at, else each of its neighbours would look
  * at all the others; the row of u itself may count `own_row_max`. */
-static void measure_around(struct judge *judge, uint32_t u, uint64_t radius, uint32_t own_row_max)
+static void measure_around(struct judge *judge, uint32_t u, fine_t radius, uint32_t own_row_max)
 {
 	const struct instance *instance = judge->instance;
 	struct heap *heap = &judge->heap;
@@ -238,7 +238,7 @@ static void measure_around(struct judge *judge, uint32_t u, uint64_t radius, uin
 		arcs += end - first;
 		for (uint32_t a = first; a < end; a++) {
 			const uint32_t v = instance->head[a];
-			const uint64_t distance = top.key + instance->weight[instance->edge[a]];
+			const fine_t distance = top.key + instance->weight[instance->edge[a]];
 			if (distance >= radius || (judge->seen[v] == judge->round && judge->distance[v] <= distance))
 				continue;
 			judge->seen[v] = judge->round;
@@ -253,7 +253,7 @@ static void measure_around(struct judge *judge, uint32_t u, uint64_t radius, uin
 static void judge_edges_at(struct judge *judge, uint32_t u, int with_terminals, struct reduce_verdict *verdict)
 {
 	const struct instance *instance = judge->instance;
-	uint64_t heaviest = 0;
+	fine_t heaviest = 0;
 	for (uint32_t a = instance->first[u]; a < instance->first[u + 1]; a++) {
 		const uint32_t e = instance->edge[a], v = instance->head[a];
 		if (v < u)
@@ -275,7 +275,7 @@ static void judge_edges_at(struct judge *judge, uint32_t u, int with_terminals, 
 	}
 }
 
-static uint64_t least(uint64_t a, uint64_t b)
+static fine_t least(fine_t a, fine_t b)
 {
 	return a < b ? a : b;
 }
@@ -285,7 +285,7 @@ static void judge_vertex(struct judge *judge, uint32_t v, struct reduce_verdict 
 {
 	const struct instance *instance = judge->instance;
 	const uint32_t *head = instance->head + instance->first[v], *edge = instance->edge + instance->first[v];
-	uint64_t between[3], sum = 0, weight = 0, longest = 0;
+	fine_t between[3], sum = 0, weight = 0, longest = 0;
 	if (instance->terminal_at[v] != INSTANCE_NONE || instance->first[v + 1] - instance->first[v] != 3)
 		return;
 	for (uint32_t i = 0; i < 3; i++)
@@ -310,7 +310,7 @@ static void judge_terminal(struct judge *judge, uint32_t t, struct reduce_verdic
 	const struct instance *instance = judge->instance;
 	const uint32_t v = instance->terminal[t];
 	uint32_t lightest = INSTANCE_NONE, to = INSTANCE_NONE;
-	uint64_t second = FAR;
+	fine_t second = FAR;
 	for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
 		const uint32_t e = instance->edge[a];
 		if (lightest == INSTANCE_NONE || instance->weight[e] < instance->weight[lightest]) {

@@ -9,10 +9,10 @@
 
 #include <string.h>
 
-uint32_t fix_room(const struct dual *dual, uint64_t cutoff)
+uint32_t fix_room(const struct dual *dual, fine_t cutoff)
 {
-	uint64_t weight = (cutoff + ((uint64_t)1 << dual->coarse_shift) - 1) >> dual->coarse_shift;
-	uint64_t room = weight > dual->bound ? weight - dual->bound : 0;
+	const fine_t weight = (cutoff + ((fine_t)1 << dual->coarse_shift) - 1) >> dual->coarse_shift;
+	const fine_t room = weight > dual->bound ? weight - dual->bound : 0;
 	return room < DUAL_FAR ? (uint32_t)room : DUAL_FAR;
 }
 
@@ -34,7 +34,7 @@ static uint32_t mark_edges(const struct dual *dual, const uint32_t *from_root, c
 	return kept;
 }
 
-enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *dual, uint64_t cutoff, struct dual *next,
+enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *dual, fine_t cutoff, struct dual *next,
 				    int *empty)
 {
 	struct instance *instance = &search->instance;

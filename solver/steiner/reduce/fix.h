@@ -6,13 +6,13 @@
 #include "solver/steiner/search.h"
 
 /* By less than this, coarse, does a tree below `cutoff` exceed the dual bound. */
-uint32_t fix_room(const struct dual *dual, uint64_t cutoff);
+uint32_t fix_room(const struct dual *dual, fine_t cutoff);
 
 /* Deletes from search->instance what no tree with a fine weight below `cutoff` uses, and sets up `next` with the balls
  * of `dual` for what is left (dual itself belongs to the old instance and must not be used any more). Every tree below
  * the cutoff survives. When the root and a terminal come apart, there is none: *empty. Then the instance is as it
  * was. After TW_ERROR_MEMORY neither dual may be used. */
-enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *dual, uint64_t cutoff, struct dual *next,
+enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *dual, fine_t cutoff, struct dual *next,
 				    int *empty) TW_NODISCARD;
 
 #endif

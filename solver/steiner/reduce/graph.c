@@ -57,7 +57,7 @@ enum tw_status reduce_graph_init(struct reduce_graph *graph, struct arena *arena
 		.end = ARENA_ARRAY(arena, 2 * m, uint32_t),
 		.next = ARENA_ARRAY(arena, 2 * m, uint32_t),
 		.previous = ARENA_ARRAY(arena, 2 * m, uint32_t),
-		.weight = ARENA_ARRAY(arena, m, uint64_t),
+		.weight = ARENA_ARRAY(arena, m, fine_t),
 		.origin = ARENA_ARRAY(arena, m, uint32_t),
 		.free_slot = ARENA_ARRAY(arena, m, uint32_t),
 		.first = ARENA_ARRAY(arena, n, uint32_t),
@@ -89,7 +89,7 @@ enum tw_status reduce_graph_store(struct reduce_graph *graph, struct instance *i
 	const struct arena_mark mark = arena_mark(scratch);
 	struct instance_edit edit = {
 		.ends = ARENA_ARRAY(scratch, 2 * (size_t)graph->edge_count, uint32_t),
-		.weight = ARENA_ARRAY(scratch, graph->edge_count, uint64_t),
+		.weight = ARENA_ARRAY(scratch, graph->edge_count, fine_t),
 		.origin = ARENA_ARRAY(scratch, graph->edge_count, uint32_t),
 		.terminal = ARENA_ARRAY(scratch, graph->terminal_count, uint32_t),
 	};
@@ -124,7 +124,7 @@ void reduce_graph_delete(struct reduce_graph *graph, uint32_t edge)
 	graph->edge_count--;
 }
 
-int reduce_graph_add(struct reduce_graph *graph, uint32_t u, uint32_t v, uint64_t weight, uint32_t origin)
+int reduce_graph_add(struct reduce_graph *graph, uint32_t u, uint32_t v, fine_t weight, uint32_t origin)
 {
 	const uint32_t from = graph->degree[u] < graph->degree[v] ? u : v, to = u ^ v ^ from;
 	for (uint32_t side = graph->first[from]; side != INSTANCE_NONE; side = graph->next[side]) {

@@ -14,7 +14,7 @@ struct reduce_graph {
 	uint32_t *end;       /* [2 * edge_room]; INSTANCE_NONE in a free slot */
 	uint32_t *next;      /* [2 * edge_room] */
 	uint32_t *previous;  /* [2 * edge_room] */
-	uint64_t *weight;    /* [edge_room] */
+	fine_t *weight;      /* [edge_room] */
 	uint32_t *origin;    /* [edge_room] */
 	uint32_t *free_slot; /* [edge_room] stack of free slots */
 	uint32_t free_count;
@@ -41,7 +41,7 @@ uint32_t reduce_graph_pop(struct reduce_graph *graph);
 void reduce_graph_delete(struct reduce_graph *graph, uint32_t edge);
 
 /* Adds an edge, or makes the one that is there lighter. False when there is no slot (nothing changed). */
-int reduce_graph_add(struct reduce_graph *graph, uint32_t u, uint32_t v, uint64_t weight, uint32_t origin);
+int reduce_graph_add(struct reduce_graph *graph, uint32_t u, uint32_t v, fine_t weight, uint32_t origin);
 
 /* Merges the ends of an edge, which becomes part of every tree. The vertex that is left is a terminal. */
 void reduce_graph_take(struct reduce_graph *graph, struct instance *instance, uint32_t edge);

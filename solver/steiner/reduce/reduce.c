@@ -18,7 +18,7 @@ enum { ROUNDS_MAX = 12, GAIN_PERCENT = 2, PASSED_DEGREE_MAX = 4 };
 static void bridge(struct reduce_graph *graph, struct instance *instance, uint32_t v)
 {
 	uint32_t to[PASSED_DEGREE_MAX], origin[PASSED_DEGREE_MAX], count = 0;
-	uint64_t weight[PASSED_DEGREE_MAX];
+	fine_t weight[PASSED_DEGREE_MAX];
 	const uint32_t degree = graph->degree[v], pairs = degree * (degree - 1) / 2;
 	if (instance->pair_count + pairs > instance->pair_capacity || graph->free_count + degree < pairs)
 		return;
@@ -40,7 +40,7 @@ static int take_at(struct reduce_graph *graph, struct instance *instance, uint32
 {
 	uint32_t lightest = graph->first[v];
 	for (uint32_t side = lightest; side != INSTANCE_NONE; side = graph->next[side]) {
-		const uint64_t weight = graph->weight[side / 2], best = graph->weight[lightest / 2];
+		const fine_t weight = graph->weight[side / 2], best = graph->weight[lightest / 2];
 		const int to_terminal = graph->is_terminal[reduce_graph_other(graph, side)];
 		if (weight < best || (weight == best && to_terminal))
 			lightest = side;
@@ -71,7 +71,7 @@ static void apply_simple_tests(struct search *search, struct reduce_graph *graph
 /* What a stage must put back when it cannot finish: the edges themselves are replaced last. */
 struct history {
 	uint32_t pair_count, taken_count;
-	uint64_t base;
+	fine_t base;
 };
 
 static enum tw_status run_round(struct search *search)

@@ -47,13 +47,14 @@ static void set_up(struct setting *s, uint64_t seed, uint64_t disable)
 		.arena = s->arena,
 		.best_weight = UINT64_MAX,
 		.best_edges = ARENA_ARRAY(s->arena, s->c.vertex_count, uint32_t),
-		.assumed = UINT64_MAX,
+		.best_fine = FINE_MAX,
+		.assumed = FINE_MAX,
 		.stage = "test",
 		.error = &s->error,
 	};
-	assert_int_equal(
-		instance_init(&s->search.instance, s->arena, &s->graph, s->c.terminal, s->c.terminal_count, 1, apart),
-		TW_OK);
+	assert_int_equal(instance_init(&s->search.instance, s->arena, &s->graph, s->c.terminal, s->c.terminal_count,
+				       NULL, true, apart),
+			 TW_OK);
 	assert_int_equal(primal_first(&s->search), TW_OK);
 }
 
@@ -94,7 +95,7 @@ static int shrink(struct setting *s, struct dual *dual)
 {
 	struct dual next;
 	int empty = 0;
-	const uint64_t keep_best = search_cutoff(&s->search) + ((uint64_t)1 << s->search.instance.shift);
+	const fine_t keep_best = search_cutoff(&s->search) + ((fine_t)1 << s->search.instance.shift);
 	assert_int_equal(fix_by_reduced_costs(&s->search, dual, keep_best, &next, &empty), TW_OK);
 	if (empty)
 		return 0;
@@ -112,8 +113,8 @@ static void watch_bound(uint64_t disable)
 		assert_int_equal(dual_ascend_best(&dual, &s.search, 20000), TW_OK);
 		check_shares(&dual);
 		for (int round = 0; round < ROUNDS; round++) {
-			const uint64_t before = dual_fine_bound(&dual) + s.search.instance.base;
-			assert_int_equal(dual_improve(&dual, &s.search, STEPS_EFFORT, UINT64_MAX), TW_OK);
+			const fine_t before = dual_fine_bound(&dual) + s.search.instance.base;
+			assert_int_equal(dual_improve(&dual, &s.search, STEPS_EFFORT, FINE_MAX), TW_OK);
 			assert_true(dual_fine_bound(&dual) + s.search.instance.base >= before);
 			check_shares(&dual);
 			/* Weights of whole trees are compared in the caller's units. */
