@@ -67,11 +67,10 @@ static enum tw_status parse_options(struct field_request *request, struct tw_err
 {
 	struct field_options values;
 	const json_t *given = json_object_get(request->body, "options");
-	option_defaults(&field_option_table, &values);
+	field_options_defaults(&values, FIELD_PRESET_NONE);
 	if (given && !json_is_object(given))
 		return tw_fail(error, TW_ERROR_INPUT, "json-type", "/options", "options must be an object");
-	enum tw_status status =
-		given ? option_from_json(&field_option_table, &values, given, "/options", NULL, error) : TW_OK;
+	enum tw_status status = given ? field_options_from_json(&values, given, "/options", error) : TW_OK;
 	if (status)
 		return status;
 	json_t *json = option_to_json(&field_option_table, &values);

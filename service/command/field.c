@@ -35,7 +35,6 @@ static const struct option_table table = {rows, sizeof rows / sizeof *rows};
 struct session {
 	struct settings settings;
 	struct garment_files files;
-	struct field_options asked; /* before the preset */
 	struct arena *arena;
 };
 
@@ -163,7 +162,7 @@ static json_t *show_field(const struct session *session, json_t *arrays)
 			 (json_int_t)field->edge_count, "forbidden_edges", forbidden, "motions", show_motions(files),
 			 "frames", (json_int_t)files->frame_count, "scale", field->scale, "options",
 			 option_to_json(&field_option_table, &field->options), "preset_changes",
-			 field_options_changes(&session->asked), "arrays", arrays);
+			 field_options_changes(&field->options), "arrays", arrays);
 }
 
 static enum tw_status write_json(const struct session *session, const json_t *json, struct tw_error *error)
@@ -220,7 +219,6 @@ static enum tw_status run(void *context, struct tw_error *error)
 {
 	struct session *session = context;
 	struct garment_files *files = &session->files;
-	session->asked = files->field_options;
 	session->arena = arena_new(0);
 	if (!session->arena)
 		return tw_fail_memory(error);

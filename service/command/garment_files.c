@@ -32,16 +32,38 @@ enum tw_status garment_files_init(struct garment_files *files, int argc, struct 
 	*files = (struct garment_files){0};
 	option_defaults(&import_option_table, &files->import);
 	option_defaults(&motion_option_table, &files->motion_options);
-	option_defaults(&field_option_table, &files->field_options);
+	field_options_defaults(&files->field_options, FIELD_PRESET_NONE);
 	files->motion = calloc((size_t)argc + 1, sizeof *files->motion);
-	return files->motion ? TW_OK : tw_fail_memory(error);
+	files->field_argument = calloc((size_t)argc + 1, sizeof *files->field_argument);
+	return files->motion && files->field_argument ? TW_OK : tw_fail_memory(error);
 }
 
 void garment_files_clear(struct garment_files *files)
 {
 	file_source_close(&files->source);
 	free(files->motion);
+	free(files->field_argument);
 	*files = (struct garment_files){0};
+}
+
+/* A preset gives other defaults, whether it stands before the options that it changes or behind them: all arguments so
+ * far are read anew over those of the preset. */
+static enum tw_status take_field_option(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
+					struct tw_error *error)
+{
+	int first = *index;
+	enum tw_status status =
+		option_from_arguments(&field_option_table, &files->field_options, argc, argv, index, taken, error);
+	for (int a = first; *taken && a <= *index && a < argc; a++)
+		files->field_argument[files->field_arguments++] = argv[a];
+	if (*taken)
+		field_options_defaults(&files->field_options, (enum field_preset)files->field_options.preset);
+	for (int a = 0; !status && a < files->field_arguments; a++) {
+		bool again = false;
+		status = option_from_arguments(&field_option_table, &files->field_options, files->field_arguments,
+					       files->field_argument, &a, &again, error);
+	}
+	return status;
 }
 
 enum tw_status garment_files_take(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
@@ -60,10 +82,7 @@ enum tw_status garment_files_take(struct garment_files *files, int argc, char **
 	if (!status && !*taken)
 		status = option_from_arguments(&motion_option_table, &files->motion_options, argc, argv, index, taken,
 					       error);
-	if (!status && !*taken)
-		status = option_from_arguments(&field_option_table, &files->field_options, argc, argv, index, taken,
-					       error);
-	return status;
+	return status || *taken ? status : take_field_option(files, argc, argv, index, taken, error);
 }
 
 void garment_files_print_paths_help(FILE *out)
@@ -210,7 +229,6 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 				   struct tw_error *error)
 {
 	double start = garment_files_clock();
-	field_options_resolve(&files->field_options);
 	files->mean = arena_array(arena, files->motion_count, sizeof *files->mean);
 	files->motion_name = arena_array(arena, files->motion_count, sizeof *files->motion_name);
 	if (!files->mean || !files->motion_name)

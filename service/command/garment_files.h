@@ -18,6 +18,8 @@ struct garment_files {
 	struct import_options import;
 	struct motion_options motion_options;
 	struct field_options field_options;
+	char **field_argument; /* owned; the options of the field as given, each borrowed from argv */
+	int field_arguments;
 
 	/* From the files; in the arena that they are loaded with. */
 	struct garment garment;

@@ -171,7 +171,6 @@ static enum tw_status load_field(struct cache *cache, struct store *store, const
 	if (!cache->field_arena)
 		return tw_fail_memory(error);
 	enum tw_status status = read_resource_options(store, RESOURCE_FIELD, id, &field_option_table, &options, error);
-	field_options_resolve(&options);
 	if (status == TW_OK)
 		status = cache_read_arrays(cache->field_arena, store, id, &arrays, &count, error);
 	if (status == TW_OK)

@@ -40,7 +40,7 @@ static enum tw_status find_worst(struct work *work, const struct cached_mesh *me
 	return status;
 }
 
-static json_t *show_field(const struct field *field, const struct field_options *asked, size_t motion_count)
+static json_t *show_field(const struct field *field, const struct field_options *options, size_t motion_count)
 {
 	uint64_t least = UINT64_MAX;
 	uint64_t largest = 0;
@@ -60,7 +60,7 @@ static json_t *show_field(const struct field *field, const struct field_options 
 	json_t *json = json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:o}", "faces", (json_int_t)field->face_count, "edges",
 				 (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
 				 forbidden, "scale", field->scale, "largest_density_mpa", density, "preset_changes",
-				 field_options_changes(asked));
+				 field_options_changes(options));
 	double energy_scale = field_energy_scale(field);
 	if (json && layout_weight_add(json, "least_weight", least == UINT64_MAX ? 0 : least, energy_scale) &&
 	    layout_weight_add(json, "largest_weight", largest, energy_scale))
@@ -107,13 +107,11 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 		status = cache_mesh(work->cache, work->store, mesh_id, &mesh, error);
 	if (status != TW_OK)
 		return status;
-	const struct field_options asked = options;
-	field_options_resolve(&options);
 	status = compute(work, mesh, &options, field, &motion_count, error);
 	if (status != TW_OK)
 		return status;
 	field_to_arrays(field, arrays);
 	work->result.arrays = arrays;
 	work->result.array_count = FIELD_ARRAYS;
-	return work_summary(work, show_field(field, &asked, motion_count), error);
+	return work_summary(work, show_field(field, &options, motion_count), error);
 }

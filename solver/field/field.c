@@ -274,7 +274,6 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 		.weight = weight,
 		.coverage = coverage,
 	};
-	field_options_resolve(&field->options);
 	enum tw_status status = check_input(field, constraints, error);
 	if (status)
 		return status;

@@ -17,7 +17,7 @@
 struct field {
 	uint32_t face_count;
 	uint32_t edge_count;
-	struct field_options options; /* resolved: as it was computed */
+	struct field_options options; /* as it was computed */
 	double scale;                 /* units of weight per MPa mm2; per mm (FIELD_LENGTH); per edge (FIELD_UNIT) */
 	const double *density;        /* [face_count] MPa, without eta */
 	const uint64_t *weight;       /* [edge_count]; FIELD_FORBIDDEN */

@@ -41,34 +41,55 @@ const char *field_reference_name(enum field_reference reference)
 	return references[reference];
 }
 
-void field_options_resolve(struct field_options *options)
+/* What a preset is: other defaults. */
+static void apply_preset(struct field_options *options)
 {
 	if (options->preset != FIELD_PRESET_PAPER)
 		return;
-	if (options->energy == STRAIN_STVK)
-		options->energy = STRAIN_PRINTED;
-	if (options->overhang == FIELD_OVERHANG_CHARGE)
-		options->overhang = FIELD_OVERHANG_IGNORE;
+	options->energy = STRAIN_PRINTED;
+	options->overhang = FIELD_OVERHANG_IGNORE;
 }
 
-json_t *field_options_changes(const struct field_options *asked)
+void field_options_defaults(struct field_options *options, enum field_preset preset)
 {
-	struct field_options resolved = *asked;
-	field_options_resolve(&resolved);
-	json_t *before = option_to_json(&field_option_table, asked),
-	       *after = option_to_json(&field_option_table, &resolved);
-	json_t *changes = before && after ? json_object() : NULL;
+	option_defaults(&field_option_table, options);
+	options->preset = (int)preset;
+	apply_preset(options);
+}
+
+enum tw_status field_options_from_json(struct field_options *options, const json_t *object, const char *pointer,
+				       struct tw_error *error)
+{
+	field_options_defaults(options, FIELD_PRESET_NONE);
+	enum tw_status status = option_from_json(&field_option_table, options, object, pointer, NULL, error);
+	if (status != TW_OK || options->preset == FIELD_PRESET_NONE)
+		return status;
+	field_options_defaults(options, (enum field_preset)options->preset);
+	return option_from_json(&field_option_table, options, object, pointer, NULL, error);
+}
+
+json_t *field_options_changes(const struct field_options *options)
+{
+	struct field_options plain, preset;
+	field_options_defaults(&plain, FIELD_PRESET_NONE);
+	field_options_defaults(&preset, (enum field_preset)options->preset);
+	plain.preset = preset.preset;
+	json_t *before = option_to_json(&field_option_table, &plain),
+	       *after = option_to_json(&field_option_table, &preset);
+	json_t *now = option_to_json(&field_option_table, options);
+	json_t *changes = before && after && now ? json_object() : NULL;
 	const char *name;
 	json_t *value;
 	json_object_foreach(after, name, value)
 	{
 		if (changes && !json_equal(value, json_object_get(before, name)) &&
-		    json_object_set(changes, name, value)) {
+		    json_equal(value, json_object_get(now, name)) && json_object_set(changes, name, value)) {
 			json_decref(changes);
 			changes = NULL;
 		}
 	}
 	json_decref(before);
 	json_decref(after);
+	json_decref(now);
 	return changes;
 }

@@ -52,10 +52,17 @@ extern const struct option_table field_option_table;
 /* "pattern", "worn", "frame". */
 const char *field_reference_name(enum field_reference reference);
 
-/* Puts the preset's values where an option still has its default: what the caller set himself stays. */
-void field_options_resolve(struct field_options *options);
+/* The defaults with a preset, which is nothing but other defaults: whatever is set explicitly, before it or behind it,
+ * stays as it was set. */
+void field_options_defaults(struct field_options *options, enum field_preset preset);
 
-/* What the preset changes: {"energy": "printed", …}, empty without one. A new reference; NULL when out of memory. */
-json_t *field_options_changes(const struct field_options *asked) TW_NODISCARD;
+/* Reads options of a request: those of `object`, over the defaults of the preset that it names. Errors as
+ * option_from_json. */
+enum tw_status field_options_from_json(struct field_options *options, const json_t *object, const char *pointer,
+				       struct tw_error *error) TW_NODISCARD;
+
+/* What of the options is as it is because of the preset: {"energy": "printed", …}, empty without one. A new reference;
+ * NULL when out of memory. */
+json_t *field_options_changes(const struct field_options *options) TW_NODISCARD;
 
 #endif

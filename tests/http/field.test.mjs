@@ -75,6 +75,20 @@ test('the paper preset says what it changes, and what is set by hand stays', () 
   assert.ok(json.seconds.weights > 0);
 });
 
+test('an explicit option wins over the preset, in any order and when it names a default', () => {
+  const options = (...more) => {
+    const { status, stdout, stderr } = field('preset', '--json', ...more);
+    assert.equal(status, 0, stderr);
+    const { energy, overhang, preset } = JSON.parse(stdout).options;
+    return { energy, overhang, preset };
+  };
+  const stvk = { energy: 'stvk', overhang: 'ignore', preset: 'paper' };
+  assert.deepEqual(options('--preset', 'paper', '--energy', 'stvk'), stvk);
+  assert.deepEqual(options('--energy=stvk', '--preset=paper'), stvk);
+  assert.deepEqual(options('--overhang', 'charge', '--preset', 'paper'), { energy: 'printed', overhang: 'charge', preset: 'paper' });
+  assert.deepEqual(options('--preset', 'paper', '--preset', 'none'), { energy: 'stvk', overhang: 'charge', preset: 'none' });
+});
+
 test('what cannot be done exits 1 with one line, and a wrong call 2', () => {
   writeFileSync(join(folder, 'short.pc2'), bytes('suit', 'motions', 'walk.pc2').subarray(0, 5000));
   const cases = [

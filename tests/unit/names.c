@@ -17,12 +17,18 @@ static void a_slip_finds_its_name(void **state)
 {
 	(void)state;
 	static const char *const slips[][2] = {
-		{"time_limit", "time_limit_s"},    {"time-limit-s", "time_limit_s"},
-		{"TIME_LIMIT_S", "time_limit_s"},  {"timelimit", "time_limit_s"},
-		{"width", "strip_width_mm"},       {"stirp_width_mm", "strip_width_mm"},
-		{"strip_with_mm", "strip_width_mm"}, {"tolerance", "tolerance_mm"},
-		{"toleranz_mm", "tolerance_mm"},   {"smoth", "smooth"},
-		{"smoothe", "smooth"},             {"eat", "eta"},
+		{"time_limit", "time_limit_s"},
+		{"time-limit-s", "time_limit_s"},
+		{"TIME_LIMIT_S", "time_limit_s"},
+		{"timelimit", "time_limit_s"},
+		{"width", "strip_width_mm"},
+		{"stirp_width_mm", "strip_width_mm"},
+		{"strip_with_mm", "strip_width_mm"},
+		{"tolerance", "tolerance_mm"},
+		{"toleranz_mm", "tolerance_mm"},
+		{"smoth", "smooth"},
+		{"smoothe", "smooth"},
+		{"eat", "eta"},
 	};
 	for (size_t i = 0; i < sizeof slips / sizeof *slips; i++) {
 		const char *found = names_nearest(&known, slips[i][0]);
@@ -133,10 +139,8 @@ static void a_long_list_says_how_many_more(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(a_slip_finds_its_name),
-		cmocka_unit_test(what_is_far_finds_nothing),
-		cmocka_unit_test(the_nearest_is_the_nearest),
-		cmocka_unit_test(a_refusal_says_what_there_is),
+		cmocka_unit_test(a_slip_finds_its_name),          cmocka_unit_test(what_is_far_finds_nothing),
+		cmocka_unit_test(the_nearest_is_the_nearest),     cmocka_unit_test(a_refusal_says_what_there_is),
 		cmocka_unit_test(a_long_list_says_how_many_more),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -57,13 +57,48 @@ static void defaults_are_the_documented_ones(void **state)
 static void the_paper_preset_leaves_what_the_caller_set(void **state)
 {
 	(void)state;
-	struct field_options options;
-	option_defaults(&field_option_table, &options);
-	options.preset = FIELD_PRESET_PAPER;
-	options.overhang = FIELD_OVERHANG_FORBID;
-	field_options_resolve(&options);
-	assert_int_equal(options.energy, STRAIN_PRINTED);
-	assert_int_equal(options.overhang, FIELD_OVERHANG_FORBID);
+	static const struct {
+		const char *json;
+		int energy, overhang;
+		const char *changes;
+	} rows[] = {
+		{"{'preset':'paper'}", STRAIN_PRINTED, FIELD_OVERHANG_IGNORE,
+		 "{'energy':'printed','overhang':'ignore'}"},
+		{"{'preset':'paper','energy':'stvk'}", STRAIN_STVK, FIELD_OVERHANG_IGNORE, "{'overhang':'ignore'}"},
+		{"{'energy':'stvk','preset':'paper'}", STRAIN_STVK, FIELD_OVERHANG_IGNORE, "{'overhang':'ignore'}"},
+		{"{'overhang':'charge','preset':'paper'}", STRAIN_PRINTED, FIELD_OVERHANG_CHARGE,
+		 "{'energy':'printed'}"},
+		{"{'overhang':'forbid','preset':'paper'}", STRAIN_PRINTED, FIELD_OVERHANG_FORBID,
+		 "{'energy':'printed'}"},
+		{"{'energy':'tension'}", STRAIN_TENSION, FIELD_OVERHANG_CHARGE, "{}"},
+	};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		struct field_options options, again;
+		char text[128], changes[128];
+		snprintf(text, sizeof text, "%s", rows[i].json);
+		snprintf(changes, sizeof changes, "%s", rows[i].changes);
+		for (char *c = text; *c; c++)
+			*c = *c == '\'' ? '"' : *c;
+		for (char *c = changes; *c; c++)
+			*c = *c == '\'' ? '"' : *c;
+		json_t *object = json_loads(text, 0, NULL), *expected = json_loads(changes, 0, NULL);
+		assert_int_equal(field_options_from_json(&options, object, "", NULL), TW_OK);
+		assert_int_equal(options.energy, rows[i].energy);
+		assert_int_equal(options.overhang, rows[i].overhang);
+		json_t *changed = field_options_changes(&options),
+		       *stored = option_to_json(&field_option_table, &options);
+		assert_true(json_equal(changed, expected));
+		/* as they are stored they say the same */
+		option_defaults(&field_option_table, &again);
+		assert_int_equal(option_from_json(&field_option_table, &again, stored, "", NULL, NULL), TW_OK);
+		json_t *back = option_to_json(&field_option_table, &again);
+		assert_true(json_equal(back, stored));
+		json_decref(back);
+		json_decref(object);
+		json_decref(expected);
+		json_decref(changed);
+		json_decref(stored);
+	}
 }
 
 static void weights_are_strip_costs_within_the_stated_accuracy(void **state)
