@@ -1,29 +1,14 @@
-/* The api as a whole: one per daemon, one exchange per HTTP request. A server drives an exchange through
- *
- *     api_exchange_new      the request line is known
- *     api_exchange_headers  the headers are known: routing, limits and permissions are decided here, before any body
- *     api_exchange_body     each piece of the body
- *     api_exchange_end      the body is over
- *     api_exchange_free     the response is sent, or the client is gone
- *
- * and looks at its state after each step. API_READING: go on. API_ANSWERED: send api_exchange_response; what remains of
- * the body is of no interest. API_HELD (`Prefer: wait`): keep the connection without a thread, ask
- * api_exchange_is_due now and then (or when a job has ended), and call api_exchange_resume once it says so.
- *
- * An exchange stays with one thread, which has a connection to the store for all its exchanges; only
- * api_exchange_is_due may be called from another. Different exchanges may be driven by different threads at once. */
+/* The api as a whole, one per daemon: its settings, its keys, and every thread's connection to the store. What it does
+ * with a request is an exchange (api/exchange.h). */
 #ifndef API_API_H
 #define API_API_H
 
-#include "api/request.h"
-#include "api/response.h"
 #include "tightwire.h"
 
 #include <stdbool.h>
 
 struct api;
-struct api_exchange;
-struct route;
+struct store;
 
 /* What the service around it does for the api. Functions may be NULL; they are called from any thread. */
 struct api_hooks {
@@ -46,30 +31,13 @@ struct api_settings {
 enum tw_status api_open(struct api **api, const struct api_settings *settings, struct tw_error *error) TW_NODISCARD;
 void api_close(struct api *api); /* NULL is allowed */
 
-/* `target` as it came, still percent-encoded: "/v1/meshes?limit=3"; copied. NULL when out of memory. */
-struct api_exchange *api_exchange_new(struct api *api, const char *target);
-void api_exchange_free(struct api_exchange *exchange); /* NULL is allowed; an unfinished upload is dropped */
+/* Borrowed; the api's as long as it is open. */
+const struct api_settings *api_settings_of(const struct api *api);
 
-enum api_state { API_READING, API_ANSWERED, API_HELD };
+/* The calling thread's connection, opened when it is first asked for and closed when the thread ends. Borrowed. */
+enum tw_status api_store(struct api *api, struct store **store, struct tw_error *error) TW_NODISCARD;
 
-/* What *request points to, its header function included, must stay valid until the exchange is freed. */
-enum api_state api_exchange_headers(struct api_exchange *exchange, const struct api_request *request);
-/* In place of it, for a head that the server itself refuses: answers with the error. */
-enum api_state api_exchange_refuse(struct api_exchange *exchange, const struct api_request *request,
-				   const struct tw_error *error);
-enum api_state api_exchange_body(struct api_exchange *exchange, const void *bytes, size_t size);
-enum api_state api_exchange_end(struct api_exchange *exchange);
-
-/* Held: whether what it waits for has come, or its time `now_ms` (CLOCK_MONOTONIC) is over. */
-bool api_exchange_is_due(struct api_exchange *exchange, int64_t now_ms);
-enum api_state api_exchange_resume(struct api_exchange *exchange);
-
-/* Once answered. The exchange keeps the response; a sender may take its `bytes` or `stream` by setting it to NULL. A
- * stream must be closed before its exchange's thread ends. */
-struct api_response *api_exchange_response(struct api_exchange *exchange);
-
-/* For logs and metrics: the row of api_routes, NULL where none matched. */
-const struct route *api_exchange_route(const struct api_exchange *exchange);
-const char *api_exchange_request_id(const struct api_exchange *exchange);
+/* Whether the value of Authorization (NULL: none) opens the service: a valid key, or there are no keys. */
+bool api_allows(const struct api *api, const char *authorization);
 
 #endif

@@ -5,6 +5,8 @@
 
 #include "api/api.h"
 #include "api/query.h"
+#include "api/request.h"
+#include "api/response.h"
 #include "api/route.h"
 #include "api/upload.h"
 #include "storage/resources.h"

@@ -1,5 +1,5 @@
 /* The head of an HTTP request as the api sees it: no socket, so a test can make one on the stack. Its target is known
- * earlier: api_exchange_new. */
+ * earlier: exchange_new. */
 #ifndef API_REQUEST_H
 #define API_REQUEST_H
 

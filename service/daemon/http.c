@@ -17,6 +17,7 @@
  * before its response (`Prefer: wait`), or within it (a stream that has nothing to send yet). */
 #include "service/daemon/http.h"
 
+#include "api/exchange.h"
 #include "api/header.h"
 #include "service/log.h"
 
@@ -52,7 +53,7 @@ struct peer {
 struct http_request {
 	struct http_server *server;
 	struct MHD_Connection *connection; /* borrowed; NULL before the head is complete */
-	struct api_exchange *exchange;     /* owned */
+	struct exchange *exchange;         /* owned */
 	struct http_request *next_held;
 	char method[16];
 	enum phase phase;
@@ -184,7 +185,7 @@ static void resume_held(struct http_server *server, bool all)
 	pthread_mutex_lock(&server->lock);
 	for (struct http_request **link = &server->held; *link;) {
 		struct http_request *request = *link;
-		if (!all && request->phase == PHASE_HELD && !api_exchange_is_due(request->exchange, now_ms)) {
+		if (!all && request->phase == PHASE_HELD && !exchange_is_due(request->exchange, now_ms)) {
 			link = &request->next_held;
 			continue;
 		}
@@ -254,7 +255,7 @@ static struct MHD_Response *make_response(struct http_request *request, struct a
 
 static enum MHD_Result send_response(struct http_request *request)
 {
-	struct api_response *response = api_exchange_response(request->exchange);
+	struct api_response *response = exchange_response(request->exchange);
 	struct MHD_Response *made = make_response(request, response);
 	if (!made)
 		return MHD_NO;
@@ -285,7 +286,7 @@ static void *on_request_line(void *context, const char *target, struct MHD_Conne
 		return NULL;
 	request->server = server;
 	request->started_us = now_us();
-	request->exchange = api_exchange_new(server->settings.api, target);
+	request->exchange = exchange_new(server->settings.api, target);
 	if (!request->exchange) {
 		free(request);
 		return NULL;
@@ -334,7 +335,7 @@ static enum MHD_Result refuse_ambiguous(struct http_request *request, const stru
 	struct tw_error error = {0};
 	(void)tw_fail(&error, TW_ERROR_INPUT, "malformed-header", "Content-Length",
 		      "say once where the body ends: one Content-Length, or Transfer-Encoding: chunked");
-	api_exchange_refuse(request->exchange, head, &error);
+	exchange_refuse(request->exchange, head, &error);
 	set_peer(request->connection, 0, false);
 	return send_response(request);
 }
@@ -348,7 +349,7 @@ static enum MHD_Result take_head(struct http_request *request, struct MHD_Connec
 	struct api_request head = {request->method, find_header, connection};
 	if (is_ambiguous(request))
 		return refuse_ambiguous(request, &head);
-	if (api_exchange_headers(request->exchange, &head) != API_ANSWERED || !should_answer_early(request))
+	if (exchange_headers(request->exchange, &head) != EXCHANGE_ANSWERED || !should_answer_early(request))
 		return MHD_YES;
 	set_peer(connection, 0, false);
 	return send_response(request);
@@ -358,7 +359,7 @@ static enum MHD_Result take_body(struct http_request *request, const char *bytes
 {
 	request->received += size;
 	metrics_count_received(request->server->settings.metrics, size);
-	if (api_exchange_body(request->exchange, bytes, size) != API_ANSWERED)
+	if (exchange_body(request->exchange, bytes, size) != EXCHANGE_ANSWERED)
 		return MHD_YES;
 	request->swallowed += size;
 	return request->swallowed <= SWALLOW_BYTES ? MHD_YES : MHD_NO;
@@ -367,12 +368,12 @@ static enum MHD_Result take_body(struct http_request *request, const char *bytes
 static enum MHD_Result take_end(struct http_request *request)
 {
 	set_peer(request->connection, 0, false);
-	enum api_state state = request->phase == PHASE_HELD ? api_exchange_resume(request->exchange)
-							    : api_exchange_end(request->exchange);
-	if (state != API_HELD)
+	enum exchange_state state =
+		request->phase == PHASE_HELD ? exchange_resume(request->exchange) : exchange_end(request->exchange);
+	if (state != EXCHANGE_HELD)
 		return send_response(request);
 	if (atomic_load(&request->server->draining)) {
-		api_exchange_resume(request->exchange);
+		exchange_resume(request->exchange);
 		return send_response(request);
 	}
 	request->phase = PHASE_HELD;
@@ -401,10 +402,10 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
 
 static void log_request(const struct http_request *request, double seconds, enum MHD_RequestTerminationCode code)
 {
-	const struct route *route = api_exchange_route(request->exchange);
+	const struct route *route = exchange_route(request->exchange);
 	log_event(LOG_LEVEL_INFO, "request", "id=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
-		  api_exchange_request_id(request->exchange), request->method, route ? route->path : "",
-		  request->status, seconds * 1e3, (unsigned long long)request->received,
+		  exchange_request_id(request->exchange), request->method, route ? route->path : "", request->status,
+		  seconds * 1e3, (unsigned long long)request->received,
 		  code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "" : " aborted=true");
 }
 
@@ -421,11 +422,11 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 		set_peer(connection, now_us() / 1000, false);
 		if (!request->status)
 			request->status = STATUS_CLIENT_GONE;
-		metrics_count_request(server->settings.metrics, api_exchange_route(request->exchange), request->status,
+		metrics_count_request(server->settings.metrics, exchange_route(request->exchange), request->status,
 				      seconds);
 		log_request(request, seconds, code);
 	}
-	api_exchange_free(request->exchange);
+	exchange_free(request->exchange);
 	free(request);
 	atomic_fetch_sub(&server->active, 1);
 }

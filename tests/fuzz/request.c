@@ -1,6 +1,6 @@
 /* Any bytes as a request to the api, without a socket: "METHOD TARGET\n", header lines "Name: value\n", an empty line,
  * the body. Whatever comes, there is an answer; an error is a problem in JSON. */
-#include "api/api.h"
+#include "api/exchange.h"
 
 #include <jansson.h>
 #include <stdlib.h>
@@ -77,19 +77,19 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	memcpy(text, data, size);
 	text[size] = 0;
 	char *body = cut_head(text, &head);
-	struct api_exchange *exchange = body ? api_exchange_new(api, head.target) : NULL;
+	struct exchange *exchange = body ? exchange_new(api, head.target) : NULL;
 	if (exchange) {
 		struct api_request request = {head.method, find_header, &head};
 		size_t body_size = body >= text && body <= text + size ? (size_t)(text + size - body) : 0;
-		enum api_state state = api_exchange_headers(exchange, &request);
-		for (size_t at = 0; state == API_READING && at < body_size; at += 64)
-			state = api_exchange_body(exchange, body + at, body_size - at < 64 ? body_size - at : 64);
-		if (state == API_READING)
-			state = api_exchange_end(exchange);
-		if (state == API_HELD)
-			state = api_exchange_resume(exchange);
-		check_answer(api_exchange_response(exchange));
-		api_exchange_free(exchange);
+		enum exchange_state state = exchange_headers(exchange, &request);
+		for (size_t at = 0; state == EXCHANGE_READING && at < body_size; at += 64)
+			state = exchange_body(exchange, body + at, body_size - at < 64 ? body_size - at : 64);
+		if (state == EXCHANGE_READING)
+			state = exchange_end(exchange);
+		if (state == EXCHANGE_HELD)
+			state = exchange_resume(exchange);
+		check_answer(exchange_response(exchange));
+		exchange_free(exchange);
 	}
 	free(text);
 	return 0;

@@ -1,5 +1,5 @@
 /* The api without a socket: requests made on the stack, responses looked at in memory. */
-#include "api/api.h"
+#include "api/exchange.h"
 
 #include "api/route.h"
 #include "storage/resources.h"
@@ -19,7 +19,7 @@ struct fixture {
 	int jobs_added;
 	bool ready;
 	const char *headers[8][2]; /* of the next request */
-	struct api_exchange *exchange;
+	struct exchange *exchange;
 	json_t *json; /* of the last response; NULL when it is none */
 };
 
@@ -55,7 +55,7 @@ static int set_up(void **state)
 
 static void forget(struct fixture *f)
 {
-	api_exchange_free(f->exchange);
+	exchange_free(f->exchange);
 	json_decref(f->json);
 	f->exchange = NULL;
 	f->json = NULL;
@@ -82,23 +82,24 @@ static const char *find_header(void *context, const char *name)
 	return NULL;
 }
 
-static enum api_state drive(struct fixture *f, const char *method, const char *target, const char *body, size_t size)
+static enum exchange_state drive(struct fixture *f, const char *method, const char *target, const char *body,
+				 size_t size)
 {
 	struct api_request request = {method, find_header, f};
-	f->exchange = api_exchange_new(f->api, target);
+	f->exchange = exchange_new(f->api, target);
 	assert_non_null(f->exchange);
-	enum api_state state = api_exchange_headers(f->exchange, &request);
-	for (size_t at = 0; state == API_READING && at < size; at += 7)
-		state = api_exchange_body(f->exchange, body + at, size - at < 7 ? size - at : 7);
-	return state == API_READING ? api_exchange_end(f->exchange) : state;
+	enum exchange_state state = exchange_headers(f->exchange, &request);
+	for (size_t at = 0; state == EXCHANGE_READING && at < size; at += 7)
+		state = exchange_body(f->exchange, body + at, size - at < 7 ? size - at : 7);
+	return state == EXCHANGE_READING ? exchange_end(f->exchange) : state;
 }
 
 /* Sends a request whose body comes in small pieces; the response's status. */
 static unsigned ask(struct fixture *f, const char *method, const char *target, const char *body)
 {
 	forget(f);
-	assert_int_equal(drive(f, method, target, body ? body : "", body ? strlen(body) : 0), API_ANSWERED);
-	struct api_response *response = api_exchange_response(f->exchange);
+	assert_int_equal(drive(f, method, target, body ? body : "", body ? strlen(body) : 0), EXCHANGE_ANSWERED);
+	struct api_response *response = exchange_response(f->exchange);
 	if (response->bytes)
 		f->json = json_loadb(response->bytes, response->size, 0, NULL);
 	return response->status;
@@ -111,7 +112,7 @@ static const char *text(const struct fixture *f, const char *name)
 
 static const char *header(const struct fixture *f, const char *name)
 {
-	return response_get_header(api_exchange_response(f->exchange), name);
+	return response_get_header(exchange_response(f->exchange), name);
 }
 
 static void set_header(struct fixture *f, const char *name, const char *value)
@@ -126,7 +127,7 @@ static void every_route_answers_with_its_own_template(void **state)
 	for (const struct route *r = api_routes; r->method; r++) {
 		forget(f);
 		(void)drive(f, r->method, r->path, "", 0);
-		assert_ptr_equal(api_exchange_route(f->exchange), r);
+		assert_ptr_equal(exchange_route(f->exchange), r);
 	}
 }
 
@@ -162,11 +163,11 @@ static void an_early_refusal_reads_no_body(void **state)
 	struct fixture *f = *state;
 	struct api_request request = {"POST", find_header, f};
 	set_header(f, "Content-Length", "1048577");
-	f->exchange = api_exchange_new(f->api, "/v1/meshes");
-	assert_int_equal(api_exchange_headers(f->exchange, &request), API_ANSWERED);
-	assert_int_equal(api_exchange_body(f->exchange, "more", 4), API_ANSWERED);
-	assert_int_equal(api_exchange_end(f->exchange), API_ANSWERED);
-	assert_int_equal(api_exchange_response(f->exchange)->status, 413);
+	f->exchange = exchange_new(f->api, "/v1/meshes");
+	assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_body(f->exchange, "more", 4), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_end(f->exchange), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_response(f->exchange)->status, 413);
 }
 
 static void an_upload_above_the_limit_leaves_nothing(void **state)
@@ -175,8 +176,8 @@ static void an_upload_above_the_limit_leaves_nothing(void **state)
 	size_t size = (1 << 20) + 1;
 	char *body = malloc(size);
 	memset(body, 'v', size);
-	assert_int_equal(drive(f, "POST", "/v1/meshes", body, size), API_ANSWERED);
-	assert_int_equal(api_exchange_response(f->exchange)->status, 413);
+	assert_int_equal(drive(f, "POST", "/v1/meshes", body, size), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_response(f->exchange)->status, 413);
 	free(body);
 	assert_int_equal(ask(f, "GET", "/v1/meshes", NULL), 200);
 	assert_int_equal(json_array_size(json_object_get(f->json, "items")), 0);
@@ -187,11 +188,11 @@ static void an_unfinished_exchange_can_be_dropped_at_any_time(void **state)
 {
 	struct fixture *f = *state;
 	struct api_request request = {"POST", find_header, f};
-	f->exchange = api_exchange_new(f->api, "/v1/meshes");
-	api_exchange_free(f->exchange);
-	f->exchange = api_exchange_new(f->api, "/v1/meshes");
-	assert_int_equal(api_exchange_headers(f->exchange, &request), API_READING);
-	assert_int_equal(api_exchange_body(f->exchange, "v 1", 3), API_READING);
+	f->exchange = exchange_new(f->api, "/v1/meshes");
+	exchange_free(f->exchange);
+	f->exchange = exchange_new(f->api, "/v1/meshes");
+	assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_READING);
+	assert_int_equal(exchange_body(f->exchange, "v 1", 3), EXCHANGE_READING);
 }
 
 static void a_wait_is_held_until_the_job_has_ended(void **state)
@@ -199,30 +200,30 @@ static void a_wait_is_held_until_the_job_has_ended(void **state)
 	struct fixture *f = *state;
 	char path[128];
 	set_header(f, "Prefer", "wait=2");
-	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), API_HELD);
-	assert_false(api_exchange_is_due(f->exchange, 0));
-	assert_true(api_exchange_is_due(f->exchange, INT64_MAX));
-	struct api_exchange *held = f->exchange;
+	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), EXCHANGE_HELD);
+	assert_false(exchange_is_due(f->exchange, 0));
+	assert_true(exchange_is_due(f->exchange, INT64_MAX));
+	struct exchange *held = f->exchange;
 	f->exchange = NULL;
 	ask(f, "GET", "/v1/jobs", NULL);
 	json_t *job = json_array_get(json_object_get(f->json, "items"), 0);
 	snprintf(path, sizeof path, "/v1/jobs/%s/cancel", json_string_value(json_object_get(job, "id")));
 	assert_int_equal(ask(f, "POST", path, NULL), 200);
-	assert_true(api_exchange_is_due(held, 0));
-	assert_int_equal(api_exchange_resume(held), API_ANSWERED);
-	assert_int_equal(api_exchange_response(held)->status, 200);
-	assert_string_equal(response_get_header(api_exchange_response(held), "Preference-Applied"), "wait=2");
-	api_exchange_free(held);
+	assert_true(exchange_is_due(held, 0));
+	assert_int_equal(exchange_resume(held), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_response(held)->status, 200);
+	assert_string_equal(response_get_header(exchange_response(held), "Preference-Applied"), "wait=2");
+	exchange_free(held);
 }
 
 static void a_wait_is_no_longer_than_the_service_allows(void **state)
 {
 	struct fixture *f = *state;
 	set_header(f, "Prefer", "wait=500");
-	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), API_HELD);
+	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), EXCHANGE_HELD);
 	assert_string_equal(header(f, "Preference-Applied"), "wait=5");
-	assert_int_equal(api_exchange_resume(f->exchange), API_ANSWERED);
-	assert_int_equal(api_exchange_response(f->exchange)->status, 202);
+	assert_int_equal(exchange_resume(f->exchange), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_response(f->exchange)->status, 202);
 }
 
 static void a_service_that_drains_is_alive_and_not_ready(void **state)

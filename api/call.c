@@ -1,0 +1,40 @@
+#include "api/call.h"
+
+#include "api/header.h"
+
+#include <time.h>
+
+const char *call_header(const struct api_call *call, const char *name)
+{
+	return call->request.header ? call->request.header(call->request.context, name) : NULL;
+}
+
+void call_job_added(const struct api_call *call)
+{
+	const struct api_hooks *hooks = &call->settings->hooks;
+	if (hooks->job_added)
+		hooks->job_added(hooks->context);
+}
+
+bool call_is_unchanged(struct api_call *call, const char *etag)
+{
+	response_header(&call->response, "ETag", "\"%s\"", etag);
+	if (!header_matches_etag(call_header(call, "If-None-Match"), response_get_header(&call->response, "ETag")))
+		return false;
+	response_empty(&call->response, 304);
+	return true;
+}
+
+enum tw_status call_check_accept(const struct api_call *call, const char *media_type, struct tw_error *error)
+{
+	if (header_accepts(call_header(call, "Accept"), media_type))
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_UNSUPPORTED, "not-acceptable", "Accept", "this resource is %s only", media_type);
+}
+
+int64_t call_now_ms(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}

@@ -1,0 +1,379 @@
+/* An exchange goes through its stages and keeps the first error that it meets as its response. */
+#include "api/exchange.h"
+
+#include "api/call.h"
+#include "api/header.h"
+#include "api/problem.h"
+#include "api/resource.h"
+#include "storage/jobs.h"
+
+#include <sodium.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define REQUEST_ID_MAX 64
+
+struct exchange {
+	struct api_call call;
+	enum exchange_state state;
+	char *target;
+	char request_id[REQUEST_ID_MAX + 1];
+	size_t body_capacity;
+};
+
+struct exchange *exchange_new(struct api *api, const char *target)
+{
+	struct exchange *exchange = calloc(1, sizeof *exchange);
+	char *copy = strdup(target);
+	if (!exchange || !copy) {
+		free(exchange);
+		free(copy);
+		return NULL;
+	}
+	exchange->target = copy;
+	exchange->call.api = api;
+	exchange->call.settings = api_settings_of(api);
+	return exchange;
+}
+
+void exchange_free(struct exchange *exchange)
+{
+	if (!exchange)
+		return;
+	body_upload_clear(&exchange->call.upload);
+	response_clear(&exchange->call.response);
+	free(exchange->call.body);
+	free(exchange->target);
+	free(exchange);
+}
+
+struct api_response *exchange_response(struct exchange *exchange)
+{
+	return &exchange->call.response;
+}
+
+const struct route *exchange_route(const struct exchange *exchange)
+{
+	return exchange->call.match.route;
+}
+
+const char *exchange_request_id(const struct exchange *exchange)
+{
+	return exchange->request_id;
+}
+
+/* --- the end of an exchange ------------------------------------------------------------------------------------- */
+
+/* JSON in memory gets the hash of its bytes as entity tag; what is streamed has one from its handler. */
+static void tag_bytes(struct api_call *call)
+{
+	struct api_response *response = &call->response;
+	uint8_t hash[16];
+	char text[2 * sizeof hash + 1];
+	if (response->status != 200 || !response->bytes || response_get_header(response, "ETag"))
+		return;
+	crypto_generichash(hash, sizeof hash, (const uint8_t *)response->bytes, response->size, NULL, 0);
+	sodium_bin2hex(text, sizeof text, hash, sizeof hash);
+	if (!call_is_unchanged(call, text))
+		return;
+	free(response->bytes);
+	response->bytes = NULL;
+	response->size = 0;
+}
+
+static void allow_origin(struct api_call *call)
+{
+	const char *origin = call->settings->cors_origin;
+	if (!origin || !origin[0])
+		return;
+	response_header(&call->response, "Access-Control-Allow-Origin", "%s", origin);
+	response_header(&call->response, "Access-Control-Expose-Headers",
+			"ETag, Link, Location, Preference-Applied, X-Request-Id");
+	if (strcmp(origin, "*") != 0)
+		response_header(&call->response, "Vary", "Origin");
+}
+
+static enum exchange_state answer(struct exchange *exchange)
+{
+	struct api_call *call = &exchange->call;
+	bool is_read = !strcmp(call->request.method, "GET") || !strcmp(call->request.method, "HEAD");
+	if (is_read && !response_get_header(&call->response, "Cache-Control")) {
+		response_header(&call->response, "Cache-Control", "no-cache");
+		tag_bytes(call);
+	}
+	response_header(&call->response, "X-Request-Id", "%s", exchange->request_id);
+	response_header(&call->response, "X-Content-Type-Options", "nosniff");
+	allow_origin(call);
+	exchange->state = EXCHANGE_ANSWERED;
+	return exchange->state;
+}
+
+static enum exchange_state answer_problem(struct exchange *exchange, const struct tw_error *error)
+{
+	/* What was uploaded so far is of no use, and the disk may be what is full. */
+	body_upload_clear(&exchange->call.upload);
+	problem_respond(&exchange->call.response, error, exchange->request_id);
+	return answer(exchange);
+}
+
+/* --- its beginning ---------------------------------------------------------------------------------------------- */
+
+/* The client's id where it is short and printable, else a random one. */
+static void choose_request_id(struct exchange *exchange)
+{
+	const char *given = call_header(&exchange->call, "X-Request-Id");
+	static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.:";
+	if (given && *given && strlen(given) <= REQUEST_ID_MAX && strspn(given, letters) == strlen(given)) {
+		memcpy(exchange->request_id, given, strlen(given) + 1);
+		return;
+	}
+	uint8_t random[8];
+	randombytes_buf(random, sizeof random);
+	sodium_bin2hex(exchange->request_id, sizeof exchange->request_id, random, sizeof random);
+}
+
+static bool is_known_method(const char *method)
+{
+	static const char *const known[] = {"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
+	for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+		if (!strcmp(method, known[i]))
+			return true;
+	return false;
+}
+
+static void respond_options(struct api_call *call)
+{
+	response_empty(&call->response, 204);
+	response_header(&call->response, "Allow", "%s", call->match.allow);
+	const char *origin = call->settings->cors_origin;
+	if (!origin || !origin[0])
+		return;
+	response_header(&call->response, "Access-Control-Allow-Methods", "%s", call->match.allow);
+	response_header(&call->response, "Access-Control-Allow-Headers",
+			"Authorization, Content-Type, Idempotency-Key, If-None-Match, Prefer, Upload-Complete, "
+			"Upload-Offset, X-Request-Id");
+	response_header(&call->response, "Access-Control-Max-Age", "600");
+}
+
+static enum tw_status find_route(struct exchange *exchange, struct tw_error *error)
+{
+	struct api_call *call = &exchange->call;
+	if (!is_known_method(call->request.method))
+		return tw_fail(error, TW_ERROR_UNSUPPORTED, "method-not-implemented", NULL,
+			       "the method %.20s is not known here", call->request.method);
+	enum tw_status status = query_parse(&call->query, exchange->target, error);
+	if (status)
+		return status;
+	route_find(call->request.method, call->query.path, &call->match);
+	if (!call->match.path_known)
+		return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-path", NULL,
+			       "there is nothing at this path; see /openapi.yaml");
+	if (!call->match.route && strcmp(call->request.method, "OPTIONS") != 0) {
+		response_header(&call->response, "Allow", "%s", call->match.allow);
+		return tw_fail(error, TW_ERROR_UNSUPPORTED, "method-not-allowed", NULL, "this path allows %s",
+			       call->match.allow);
+	}
+	return TW_OK;
+}
+
+static enum tw_status check_key(struct exchange *exchange, struct tw_error *error)
+{
+	const struct api_call *call = &exchange->call;
+	if ((call->match.route->flags & ROUTE_OPEN) || api_allows(call->api, call_header(call, "Authorization")))
+		return TW_OK;
+	response_header(&exchange->call.response, "WWW-Authenticate", "Bearer realm=\"tightwire\"");
+	return tw_fail(error, TW_ERROR_INPUT, "unauthorized", "Authorization",
+		       "send a valid API key as Authorization: Bearer KEY");
+}
+
+/* Refuses a body by its announced length, before a byte of it is read. */
+static enum tw_status check_length(const struct api_call *call, uint64_t limit, struct tw_error *error)
+{
+	uint64_t length = 0;
+	if (!header_content_length(call_header(call, "Content-Length"), &length) || length <= limit)
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_LIMIT, "too-large", "Content-Length", "the body may be at most %llu bytes",
+		       (unsigned long long)limit);
+}
+
+static enum tw_status check_json_type(const struct api_call *call, struct tw_error *error)
+{
+	const char *content_type = call_header(call, "Content-Type");
+	char media_type[64];
+	if (!content_type ||
+	    (header_media_type(content_type, media_type, sizeof media_type) && !strcmp(media_type, "application/json")))
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
+		       "the body came as %s; send JSON, with -H 'Content-Type: application/json'",
+		       *media_type ? media_type : "no media type");
+}
+
+/* Where the query names the first part, the uploads are there already. */
+static enum tw_status take_named_uploads(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (const char *const *part = call->match.route->parts; *part && !status; part++) {
+		const char *id = query_get(&call->query, *part);
+		if (id)
+			status = body_upload_take(&call->upload, call->store, *part, id, error);
+	}
+	return status;
+}
+
+static enum tw_status prepare_upload(struct api_call *call, struct tw_error *error)
+{
+	const struct route *route = call->match.route;
+	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
+	if (status)
+		return status;
+	if (query_get(&call->query, route->parts[0]))
+		return take_named_uploads(call, error);
+	return body_upload_init(&call->upload, call->store, route->parts, call_header(call, "Content-Type"),
+				query_get(&call->query, "name"), call->settings->upload_limit_bytes, error);
+}
+
+static enum tw_status prepare_append(struct api_call *call, struct tw_error *error)
+{
+	uint64_t offset = 0;
+	const char *complete = call_header(call, "Upload-Complete");
+	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
+	if (status)
+		return status;
+	if (!header_content_length(call_header(call, "Upload-Offset"), &offset) || offset == UINT64_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Upload-Offset",
+			       "say at which byte the upload goes on, as a number");
+	if (complete && strcmp(complete, "?1") != 0 && strcmp(complete, "?0") != 0)
+		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Upload-Complete", "this is ?1 or ?0");
+	return body_upload_append(&call->upload, call->store, call->match.parameters[0], offset,
+				  complete && !strcmp(complete, "?1"), call->settings->upload_limit_bytes, error);
+}
+
+static enum tw_status prepare_body(struct api_call *call, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	switch (call->match.route->body) {
+	case ROUTE_NO_BODY:
+		return check_length(call, TW_LIMIT_JSON_BYTES, error);
+	case ROUTE_JSON:
+		status = check_json_type(call, error);
+		return status ? status : check_length(call, TW_LIMIT_JSON_BYTES, error);
+	case ROUTE_UPLOAD:
+		return prepare_upload(call, error);
+	case ROUTE_APPEND:
+		return prepare_append(call, error);
+	}
+	return TW_OK;
+}
+
+static enum tw_status begin(struct exchange *exchange, struct tw_error *error)
+{
+	struct api_call *call = &exchange->call;
+	enum tw_status status = find_route(exchange, error);
+	if (status || !call->match.route)
+		return status;
+	status = check_key(exchange, error);
+	if (!status && call->match.route->produces)
+		status = call_check_accept(call, call->match.route->produces, error);
+	if (!status && !(call->match.route->flags & ROUTE_STORELESS))
+		status = api_store(call->api, &call->store, error);
+	return status ? status : prepare_body(call, error);
+}
+
+enum exchange_state exchange_headers(struct exchange *exchange, const struct api_request *request)
+{
+	struct tw_error error = {0};
+	exchange->call.request = *request;
+	choose_request_id(exchange);
+	if (begin(exchange, &error))
+		return answer_problem(exchange, &error);
+	if (exchange->call.match.route)
+		return EXCHANGE_READING;
+	respond_options(&exchange->call);
+	return answer(exchange);
+}
+
+enum exchange_state exchange_refuse(struct exchange *exchange, const struct api_request *request,
+				    const struct tw_error *error)
+{
+	exchange->call.request = *request;
+	choose_request_id(exchange);
+	return answer_problem(exchange, error);
+}
+
+/* --- its body and its handler ----------------------------------------------------------------------------------- */
+
+static enum tw_status keep_json(struct exchange *exchange, const void *bytes, size_t size, struct tw_error *error)
+{
+	struct api_call *call = &exchange->call;
+	if (size > TW_LIMIT_JSON_BYTES - call->body_size)
+		return tw_fail(error, TW_ERROR_LIMIT, "too-large", NULL, "the body may be at most %u bytes",
+			       TW_LIMIT_JSON_BYTES);
+	if (call->body_size + size > exchange->body_capacity) {
+		size_t capacity = 2 * (call->body_size + size);
+		char *grown = realloc(call->body, capacity);
+		if (!grown)
+			return tw_fail_memory(error);
+		call->body = grown;
+		exchange->body_capacity = capacity;
+	}
+	memcpy(call->body + call->body_size, bytes, size);
+	call->body_size += size;
+	return TW_OK;
+}
+
+static bool is_streamed(const struct route *route)
+{
+	return route->body == ROUTE_UPLOAD || route->body == ROUTE_APPEND;
+}
+
+enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, size_t size)
+{
+	struct tw_error error = {0};
+	enum tw_status status = TW_OK;
+	if (exchange->state != EXCHANGE_READING)
+		return exchange->state;
+	if (is_streamed(exchange->call.match.route))
+		status = body_upload_write(&exchange->call.upload, bytes, size, &error);
+	else if (exchange->call.match.route->body == ROUTE_JSON)
+		status = keep_json(exchange, bytes, size, &error);
+	return status ? answer_problem(exchange, &error) : exchange->state;
+}
+
+enum exchange_state exchange_end(struct exchange *exchange)
+{
+	struct api_call *call = &exchange->call;
+	struct tw_error error = {0};
+	enum tw_status status = TW_OK;
+	if (exchange->state != EXCHANGE_READING)
+		return exchange->state;
+	if (is_streamed(call->match.route))
+		status = body_upload_finish(&call->upload, &error);
+	if (!status)
+		status = call->match.route->handle(call, &error);
+	if (status)
+		return answer_problem(exchange, &error);
+	if (!call->wait.job_id[0])
+		return answer(exchange);
+	exchange->state = EXCHANGE_HELD;
+	return exchange->state;
+}
+
+bool exchange_is_due(struct exchange *exchange, int64_t now_ms)
+{
+	struct store *store = NULL;
+	struct job job = {0};
+	if (now_ms >= exchange->call.wait.until_ms || api_store(exchange->call.api, &store, NULL) != TW_OK)
+		return true;
+	bool due = job_get(store, exchange->call.wait.job_id, &job, NULL) != TW_OK || job_state_is_final(job.state);
+	job_clear(&job);
+	return due;
+}
+
+enum exchange_state exchange_resume(struct exchange *exchange)
+{
+	struct api_call *call = &exchange->call;
+	struct tw_error error = {0};
+	if (exchange->state != EXCHANGE_HELD)
+		return exchange->state;
+	return resource_respond_awaited(call, &error) ? answer_problem(exchange, &error) : answer(exchange);
+}
