@@ -1,8 +1,10 @@
 # tightwire: one non-recursive Makefile. `make help` lists what it does.
-#   config=debug|release|sanitize|thread   how to compile (default release)
+#   config=release|check|debug|sanitize|thread   how to compile; the default is release, and check (the same with
+#                                          asserts) for what `make test` builds
 #   V=1                                    show every command
 #   DATA=DIR INSTANCES=DIR                 real suits and Steiner instances for demo, test and bench, where they are there
 
+test_config := $(or $(config),check)
 config ?= release
 DATA ?= ../shared/data
 INSTANCES ?= ../shared/instances
@@ -31,16 +33,14 @@ warnings := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
 c_warnings := -Wstrict-prototypes -Wmissing-prototypes -Wvla
 # The same bytes on every machine: no contraction into fused multiply-adds, no reassociation.
 floating := -ffp-contract=off -fno-fast-math
-flags.release := -O2 -g -DNDEBUG
+hardening := -D_FORTIFY_SOURCE=2 -fstack-protector-strong
+flags.release := -O2 -g -DNDEBUG $(hardening)
+flags.check := -O2 -g $(hardening)
 flags.debug := -O0 -g3
 flags.sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 flags.thread := -O1 -g -fsanitize=thread
 ifeq ($(flags.$(config)),)
-$(error config=$(config) is not one of debug, release, sanitize, thread)
-endif
-hardening := -D_FORTIFY_SOURCE=2 -fstack-protector-strong
-ifneq ($(filter release,$(config)),)
-flags.release += $(hardening)
+$(error config=$(config) is not one of release, check, debug, sanitize, thread)
 endif
 package_cflags = $(shell pkg-config --cflags $(packages) 2>/dev/null | sed 's/-I\([^ ]*\)/-isystem \1/g')
 package_libs = $(shell pkg-config --libs $(packages) 2>/dev/null)
@@ -118,23 +118,31 @@ endef
 $(foreach kind,unit bench tools,$(eval $(call test_program,$(kind))))
 
 # --- run ---------------------------------------------------------------------------------------------------------------
+# A make within make, on all cores where the caller did not say how many; the tests' one builds with its own config.
+make_all = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
+run_tests = DATA="$(DATA)" INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/build/$(test_config)/tightwire" \
+	BUILD="build/$(test_config)" sh tests/run.sh
+
 demo: deps ## install, build, start the service, lay out a suit, show the result
-	$(Q)$(MAKE) --no-print-directory all
+	$(Q)$(make_all) all
 	$(Q)DATA="$(DATA)" sh deploy/demo.sh $(out)/tightwire
 
 test: deps-test ## install, build and run every test; the last line counts them
-	$(Q)$(MAKE) --no-print-directory all unit-programs
-	$(Q)DATA="$(DATA)" INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/run.sh
+	$(Q)$(make_all) config=$(test_config) all unit-programs
+	$(Q)$(run_tests)
 
-.PHONY: unit-programs bench-programs
+.PHONY: unit-programs bench-programs helper-programs
 unit-programs: $(unit_tests) $(helpers)
 bench-programs: $(benches)
+helper-programs: $(helpers)
 
-test-unit: unit-programs all ## only the C tests
-	$(Q)DATA="$(DATA)" INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/run.sh unit
+test-unit: ## only the C tests
+	$(Q)$(make_all) config=$(test_config) all unit-programs
+	$(Q)$(run_tests) unit
 
-test-http: all $(helpers) ## only the HTTP, contract and process tests
-	$(Q)DATA="$(DATA)" INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/run.sh http
+test-http: ## only the HTTP, contract and process tests
+	$(Q)$(make_all) config=$(test_config) all helper-programs
+	$(Q)$(run_tests) http
 
 bench: deps-test ## speed and memory on the sample suit, each figure beside its goal
 	$(Q)$(MAKE) --no-print-directory all bench-programs

@@ -11,17 +11,32 @@ passed=0 failed=0 skipped=0
 
 count() { grep -c "$1" "$2" || true; }
 
+# The programs run side by side, one for each core; each leaves its output, and its exit code once it has ended.
+start_unit() { # PROGRAM…
+	printf '%s\n' "$@" | xargs -P "$(nproc)" -I '{}' sh -c '
+		log=$1/unit-$(echo "${2#"$BUILD"/tests/unit/}" | tr / -)
+		CMOCKA_MESSAGE_OUTPUT=TAP "$2" >"$log.tap" 2>"$log.tap.err"
+		echo $? >"$log.code.new" && mv "$log.code.new" "$log.code"' sh "$logs" '{}' &
+}
+
+# They are told of in the order of their names, whichever ends first.
 run_unit() {
-	for program in $(find "$BUILD/tests/unit" -type f -perm -u+x ! -name '*.o' ! -name '*.d' | sort); do
+	programs=$(find "$BUILD/tests/unit" -type f -perm -u+x ! -name '*.o' ! -name '*.d' | sort)
+	# shellcheck disable=SC2086
+	start_unit $programs
+	for program in $programs; do
 		name=${program#"$BUILD"/tests/unit/}
 		log="$logs/unit-$(echo "$name" | tr / -).tap"
-		CMOCKA_MESSAGE_OUTPUT=TAP "$program" >"$log" 2>"$log.err"
-		code=$?
+		while [ ! -e "${log%.tap}.code" ]; do
+			kill -0 $! 2>/dev/null || break
+			sleep 0.1
+		done
+		code=$(cat "${log%.tap}.code" 2>/dev/null || echo 'lost')
 		# cmocka 1.1.5 says `not ok … # SKIP` of a skipped test.
 		skip=$(count '^\(not \)\?ok .*# SKIP' "$log"); ok=$(count '^ok ' "$log"); bad=$(count '^not ok ' "$log")
 		ok=$((ok - $(count '^ok .*# SKIP' "$log"))); bad=$((bad - $(count '^not ok .*# SKIP' "$log")))
 		# A crash counts as a failed test even when every line before it was ok.
-		[ $code -ne 0 ] && [ "$bad" -eq 0 ] && bad=1
+		[ "$code" != 0 ] && [ "$bad" -eq 0 ] && bad=1
 		[ $((ok + bad + skip)) -eq 0 ] && bad=1
 		passed=$((passed + ok)); failed=$((failed + bad)); skipped=$((skipped + skip))
 		if [ "$bad" -gt 0 ]; then
