@@ -59,6 +59,16 @@ void text_format(struct text *text, const char *format, ...)
 	va_end(again);
 }
 
+/* A locale may write anything between the digits of a number, several bytes even. */
+static void use_decimal_point(char *digits)
+{
+	size_t whole = strspn(digits, "-0123456789"), mark = strcspn(digits + whole, "0123456789");
+	if (!mark)
+		return;
+	digits[whole] = '.';
+	memmove(digits + whole + 1, digits + whole + mark, strlen(digits + whole + mark) + 1);
+}
+
 void text_number(struct text *text, double value, int decimals)
 {
 	if (!isfinite(value)) {
@@ -67,6 +77,7 @@ void text_number(struct text *text, double value, int decimals)
 	}
 	char digits[400];
 	snprintf(digits, sizeof digits, "%.*f", decimals, value);
+	use_decimal_point(digits);
 	size_t length = strlen(digits);
 	if (strchr(digits, '.')) {
 		while (digits[length - 1] == '0')
