@@ -2,24 +2,12 @@
  * the same for the baseline; then stream the motions once for both, and write the files. */
 #include "solver/layout/layout.h"
 
+#include "solver/layout/artifacts.h"
 #include "solver/layout/pricing.h"
 #include "solver/layout/result.h"
 
 #include <string.h>
 #include <time.h>
-
-/* Adding a kind of file is one writer and one row here. */
-static const struct writer {
-	const char *name;
-	const char *media_type;
-	void (*write)(const struct layout_result *result, struct text *text);
-} writers[] = {
-	{"layout.json", "application/json", write_layout_json},
-	{"pattern.svg", "image/svg+xml", write_pattern_svg},
-	{"suit.svg", "image/svg+xml", write_suit_svg},
-};
-enum { WRITER_COUNT = sizeof writers / sizeof *writers };
-_Static_assert((int)WRITER_COUNT <= (int)LAYOUT_ARTIFACTS_MAX, "more writers than a layout may have artifacts");
 
 /* Work units for the baseline, some seconds' worth. It is there to compare with, and unit weights on a mesh have so
  * many ties that a proof can cost far more than our own tree's; beyond this its best tree does, and its bound is
@@ -37,6 +25,8 @@ struct job {
 	struct arena *arena;
 	const struct locator *locator;
 	struct outline outline;
+	struct arena *scratch; /* of the strips */
+	struct strip_cutter cutter;
 	struct site_set sites;
 	struct pricing pricing;
 	struct wire_rules rules;
@@ -106,6 +96,9 @@ static enum tw_status prepare(struct job *job, struct tw_error *error)
 	if (!status)
 		status = outline_build(&job->outline, job->arena, input->garment, input->topology, error);
 	if (!status)
+		status = strip_cutter_init(&job->cutter, job->arena, job->scratch, input->garment, input->topology,
+					   &job->outline, error);
+	if (!status)
 		status = terminals_place(&job->sites, job->arena, input->garment, input->topology, job->locator,
 					 input->request, options->snap_mm, error);
 	double eta = NAN;
@@ -171,6 +164,9 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 	if (!status)
 		status = wires_smooth(&solved->wires, job->arena, &job->pricing.network, &solved->branches,
 				      &job->outline, job->locator, &job->rules, costs, error);
+	if (!status)
+		status = strips_cut_all(&job->cutter, solved->wires.wire, solved->branches.branch_count,
+					job->rules.strip_width_mm, &solved->strips, error);
 	if (status)
 		return status;
 	const struct metrics_input input = metrics_input_of(job, solved);
@@ -252,23 +248,6 @@ static enum tw_status look_at_motions(struct job *job, bool *has_elongation, str
 	return status;
 }
 
-static enum tw_status write_artifacts(const struct layout_result *result, struct arena *arena,
-				      struct layout_output *output, struct tw_error *error)
-{
-	for (size_t w = 0; w < WRITER_COUNT; w++) {
-		struct text text = {0};
-		struct layout_artifact *artifact = &output->artifacts[w];
-		writers[w].write(result, &text);
-		artifact->name = writers[w].name;
-		artifact->media_type = writers[w].media_type;
-		enum tw_status status = text_take(&text, arena, &artifact->bytes, &artifact->size, error);
-		if (status)
-			return status;
-	}
-	output->artifact_count = WRITER_COUNT;
-	return TW_OK;
-}
-
 static const struct layout_figures no_figures = {NAN, NAN, NAN, NAN, NAN};
 
 static struct layout_figures figures_of(const struct branch_metrics *total, bool has_elongation)
@@ -297,45 +276,54 @@ static void summarise(const struct job *job, const struct layout_result *result,
 	summary->steiner = job->ours.tree.stats;
 }
 
+static enum tw_status compute(struct job *job, struct layout_output *output, struct tw_error *error)
+{
+	const struct layout_input *input = job->input;
+	struct layout_summary *summary = &output->summary;
+	double begin = now(), start = begin;
+	*output = (struct layout_output){0};
+	report(job, "terminals", 0);
+	enum tw_status status = prepare(job, error);
+	summary->seconds_terminals = lap(&start);
+	if (!status)
+		status = solve(job, summary, error);
+	bool has_elongation = false;
+	start = now();
+	if (!status)
+		status = look_at_motions(job, &has_elongation, error);
+	summary->seconds_elongation = lap(&start);
+	if (status)
+		return status;
+	report(job, "artifacts", 0.97);
+	struct layout_result result = {
+		.input = input,
+		.field = job->pricing.field,
+		.outline = &job->outline,
+		.locator = job->locator,
+		.sites = &job->sites,
+		.network = &job->pricing.network,
+		.rules = &job->rules,
+		.ours = &job->ours,
+		.baseline = job->pricing.network.baseline ? &job->baseline : NULL,
+		.has_motions = input->request->options.elongation && input->motion_count > 0,
+		.has_elongation = has_elongation,
+		.summary = summary,
+	};
+	summarise(job, &result, summary);
+	status = artifacts_write(&result, job->arena, output, error);
+	summary->seconds_artifacts = lap(&start);
+	summary->seconds_total = start - begin;
+	return status;
+}
+
 enum tw_status layout_compute(const struct layout_input *input, struct arena *arena, struct layout_output *output,
 			      struct tw_error *error)
 {
 	struct job job = {.input = input,
 			  .arena = arena,
+			  .scratch = arena_new(0),
 			  .progress = {.weight = UINT64_MAX, .energy_scale = field_energy_scale(input->field)}};
-	struct layout_summary *summary = &output->summary;
-	double begin = now(), start = begin;
-	*output = (struct layout_output){0};
-	report(&job, "terminals", 0);
-	enum tw_status status = prepare(&job, error);
-	summary->seconds_terminals = lap(&start);
-	if (!status)
-		status = solve(&job, summary, error);
-	bool has_elongation = false;
-	start = now();
-	if (!status)
-		status = look_at_motions(&job, &has_elongation, error);
-	summary->seconds_elongation = lap(&start);
-	if (status)
-		return status;
-	report(&job, "artifacts", 0.97);
-	struct layout_result result = {
-		.input = input,
-		.field = job.pricing.field,
-		.outline = &job.outline,
-		.locator = job.locator,
-		.sites = &job.sites,
-		.network = &job.pricing.network,
-		.rules = &job.rules,
-		.ours = &job.ours,
-		.baseline = job.pricing.network.baseline ? &job.baseline : NULL,
-		.has_motions = input->request->options.elongation && input->motion_count > 0,
-		.has_elongation = has_elongation,
-		.summary = summary,
-	};
-	summarise(&job, &result, summary);
-	status = write_artifacts(&result, arena, output, error);
-	summary->seconds_artifacts = lap(&start);
-	summary->seconds_total = start - begin;
+	enum tw_status status = job.scratch ? compute(&job, output, error) : tw_fail_memory(error);
+	arena_free(job.scratch);
 	return status;
 }

@@ -1,8 +1,10 @@
-/* A finished layout as its writers see it. Adding a kind of file is one function and one row in layout.c. */
+/* A finished layout as its writers see it. Adding a kind of file is one function and one row in artifacts.c. */
 #ifndef SOLVER_LAYOUT_RESULT_H
 #define SOLVER_LAYOUT_RESULT_H
 
+#include "solver/drawing/drawing.h"
 #include "solver/layout/metrics.h"
+#include "solver/layout/strips.h"
 #include "solver/layout/summary.h"
 #include "solver/steiner/steiner.h"
 #include "solver/text.h"
@@ -12,6 +14,7 @@ struct solved {
 	struct steiner_tree tree;
 	struct branch_set branches;
 	struct wire_set wires;
+	struct strip_areas *strips; /* [branches.branch_count] */
 	struct trace trace;
 	struct layout_metrics metrics;
 };
@@ -31,10 +34,12 @@ struct layout_result {
 	const struct layout_summary *summary; /* its figures; of the seconds none is known yet */
 };
 
-/* Writers: the text's own failure is the only one. */
+/* The text's own failure is the only one. */
 void write_layout_json(const struct layout_result *result, struct text *text);
-void write_pattern_svg(const struct layout_result *result, struct text *text);
-void write_suit_svg(const struct layout_result *result, struct text *text);
+
+/* Fill a drawing, whose arena becomes `arena`: the pattern with the wires, and the worn suit from both sides. */
+void pattern_draw(const struct layout_result *result, struct drawing *drawing, struct arena *arena);
+void suit_draw(const struct layout_result *result, struct drawing *drawing, struct arena *arena);
 
 /* The name that a result calls a terminal: its own, or "T1", "T2", … by its index. `buffer` has at least 16 bytes. */
 const char *terminal_name(const struct layout_request *request, uint32_t terminal, char *buffer);

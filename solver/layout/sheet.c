@@ -33,7 +33,7 @@ static void arrange(struct sheet *sheet, const struct extent *extent, uint32_t p
 			meet = extents_meet(&extent[p], &extent[q]);
 	double x = 0, y = 0, height = 0;
 	for (uint32_t p = 0; p < pieces; p++) {
-		sheet->offset[p] = (struct vec2){0, 0};
+		sheet->block[p] = (struct drawing_block){.name = sheet->result->input->garment->piece_name[p]};
 		if (!meet)
 			continue;
 		double width = extent[p].high.x - extent[p].low.x;
@@ -42,62 +42,54 @@ static void arrange(struct sheet *sheet, const struct extent *extent, uint32_t p
 			y += height + GAP_MM;
 			height = 0;
 		}
-		sheet->offset[p] = (struct vec2){x - extent[p].low.x, y - extent[p].low.y};
+		sheet->block[p].origin = (struct vec2){x - extent[p].low.x, y - extent[p].low.y};
 		x += width + GAP_MM;
 		if (extent[p].high.y - extent[p].low.y > height)
 			height = extent[p].high.y - extent[p].low.y;
 	}
 }
 
+/* The page around the pieces; the header needs its room, too. */
+static void fit_page(struct sheet *sheet, const struct extent *extent, uint32_t pieces)
+{
+	struct vec2 low = {INFINITY, INFINITY}, high = {-INFINITY, -INFINITY};
+	for (uint32_t p = 0; p < pieces; p++) {
+		struct vec2 least = vec2_add(extent[p].low, sheet->block[p].origin);
+		struct vec2 most = vec2_add(extent[p].high, sheet->block[p].origin);
+		low = (struct vec2){fmin(low.x, least.x), fmin(low.y, least.y)};
+		high = (struct vec2){fmax(high.x, most.x), fmax(high.y, most.y)};
+	}
+	for (uint32_t p = 0; p < pieces; p++)
+		sheet->block[p].origin =
+			vec2_sub(sheet->block[p].origin, (struct vec2){low.x - MARGIN_MM, low.y - MARGIN_MM});
+	sheet->width = fmax(WIDTH_MIN_MM, high.x - low.x + 2 * MARGIN_MM);
+	sheet->height = high.y - low.y + MARGIN_MM + HEADER_MM;
+}
+
 enum tw_status sheet_arrange(struct sheet *sheet)
 {
 	uint32_t pieces = sheet->result->input->garment->piece_count;
 	struct extent *extent = ARENA_ARRAY(sheet->arena, pieces, struct extent);
-	sheet->offset = ARENA_ARRAY(sheet->arena, pieces, struct vec2);
-	if (!extent || !sheet->offset)
+	sheet->block = ARENA_ARRAY(sheet->arena, pieces, struct drawing_block);
+	if (!extent || !sheet->block)
 		return tw_fail_memory(NULL);
 	for (uint32_t p = 0; p < pieces; p++)
 		extent[p] = sheet_extent(sheet, p);
 	arrange(sheet, extent, pieces);
-	sheet->left = sheet->bottom = INFINITY;
-	sheet->right = sheet->top = -INFINITY;
-	for (uint32_t p = 0; p < pieces; p++) {
-		struct vec2 low = vec2_add(extent[p].low, sheet->offset[p]);
-		struct vec2 high = vec2_add(extent[p].high, sheet->offset[p]);
-		sheet->left = fmin(sheet->left, low.x);
-		sheet->bottom = fmin(sheet->bottom, low.y);
-		sheet->right = fmax(sheet->right, high.x);
-		sheet->top = fmax(sheet->top, high.y);
-	}
-	/* The header needs its room, too. */
-	sheet->width = fmax(WIDTH_MIN_MM, sheet->right - sheet->left + 2 * MARGIN_MM);
-	sheet->height = sheet->top - sheet->bottom + MARGIN_MM + HEADER_MM;
+	fit_page(sheet, extent, pieces);
+	sheet->drawing->width = sheet->width;
+	sheet->drawing->height = sheet->height;
+	sheet->drawing->block = sheet->block;
+	sheet->drawing->block_count = pieces;
 	return TW_OK;
 }
 
 struct vec2 sheet_point(const struct sheet *sheet, uint32_t piece, struct vec2 point)
 {
-	struct vec2 p = vec2_add(point, sheet->offset[piece]);
-	return (struct vec2){p.x - sheet->left + MARGIN_MM, sheet->top - p.y + HEADER_MM};
+	return vec2_add(point, sheet->block[piece].origin);
 }
 
-void sheet_add_xy(const struct sheet *sheet, struct vec2 p)
+struct vec2 sheet_flip(const struct sheet *sheet, struct vec2 page)
 {
-	text_number(sheet->text, p.x, 3);
-	text_add(sheet->text, " ");
-	text_number(sheet->text, p.y, 3);
-}
-
-void sheet_add_at(const struct sheet *sheet, uint32_t piece, struct vec2 point)
-{
-	sheet_add_xy(sheet, sheet_point(sheet, piece, point));
-}
-
-void sheet_add_tick(const struct sheet *sheet, uint32_t piece, struct vec2 at, struct vec2 inward, double length)
-{
-	text_add(sheet->text, "<path d=\"M");
-	sheet_add_at(sheet, piece, at);
-	text_add(sheet->text, "L");
-	sheet_add_at(sheet, piece, vec2_along(at, inward, length));
-	text_add(sheet->text, "\"/>\n");
+	return (struct vec2){page.x, sheet->height - page.y};
 }

@@ -3,7 +3,8 @@
  * off wires and off cut lines. */
 #include "solver/layout/sheet_names.h"
 
-enum { SEAM_SHORTEST_MM = 12, SEAM_TICK_MM = 5, SEAM_LABEL_MM = 11, SEAM_LETTER_MM = 8, DOT_MM = 6, GRAIN_MM = 60 };
+enum { SEAM_SHORTEST_MM = 12, SEAM_TICK_MM = 5, SEAM_LABEL_MM = 11, SEAM_LETTER_MM = 8, DOT_MM = 6 };
+enum { GRAIN_MM = 60, GRAIN_GAP_MM = 8 };
 enum { TERMINAL_LETTER_MM = 9, WIRE_STEP_MM = 6 };
 
 static enum tw_status find_seams(struct sheet_names *names, const struct sheet *sheet)
@@ -107,7 +108,7 @@ static enum tw_status find_pieces(struct sheet_names *names, const struct sheet 
 		faces[garment->face_piece[f]]++;
 	for (uint32_t p = 0; p < garment->piece_count; p++) {
 		struct vec2 at = sheet_point(sheet, p, roomiest(sheet->result, p, faces[p]));
-		names->piece[p] = (struct piece_name){{at.x, at.y + 6}, name_size(sheet, p)};
+		names->piece[p] = (struct piece_name){{at.x, at.y - 6}, name_size(sheet, p)};
 	}
 	return TW_OK;
 }
@@ -118,14 +119,15 @@ static void block_lettering(struct label_page *page, const struct sheet_names *n
 {
 	const struct garment *garment = sheet->result->input->garment;
 	for (uint32_t i = 0; i < names->seam_count; i++)
-		label_page_block(page, names->seam[i].label, SEAM_LETTER_MM + 2, LABEL_PRICE);
+		label_page_block(page, sheet_flip(sheet, names->seam[i].label), SEAM_LETTER_MM + 2, LABEL_PRICE);
 	for (uint32_t p = 0; p < garment->piece_count; p++) {
-		struct vec2 at = names->piece[p].at;
+		struct vec2 at = sheet_flip(sheet, names->piece[p].at);
 		double half = label_width(garment->piece_name[p], names->piece[p].size) / 2;
 		label_page_block_box(
 			page, (struct label_box){at.x - half, at.y - names->piece[p].size, at.x + half, at.y + 4},
 			LABEL_PRICE);
-		label_page_block_box(page, (struct label_box){at.x - 4, at.y, at.x + 4, at.y + GRAIN_MM + 8}, 3);
+		label_page_block_box(page, (struct label_box){at.x - 4, at.y, at.x + 4, at.y + GRAIN_MM + GRAIN_GAP_MM},
+				     3);
 	}
 	for (uint32_t s = 0; s < sheet->result->sites->count; s++)
 		label_page_block(page, page->label[s].at, DOT_MM, LABEL_PRICE);
@@ -144,7 +146,8 @@ static void block_wires(struct label_page *page, const struct sheet *sheet)
 			const struct span *span = &ours->wires.wire[b].span[s];
 			for (uint32_t i = 0, steps = steps_of(span); i < steps; i++) {
 				struct vec2 point = span_point(span, (i + 0.5) / steps);
-				label_page_block(page, sheet_point(sheet, span->piece, point), WIRE_STEP_MM, 1);
+				label_page_block(page, sheet_flip(sheet, sheet_point(sheet, span->piece, point)),
+						 WIRE_STEP_MM, 1);
 			}
 		}
 }
@@ -156,7 +159,7 @@ static void block_cut_lines(struct label_page *page, const struct sheet *sheet)
 		for (uint32_t i = outline->piece_first[piece]; i < outline->piece_first[piece + 1]; i++) {
 			struct vec2 from, to;
 			outline_ends(outline, sheet->result->input->garment, i, &from, &to);
-			label_page_block(page, sheet_point(sheet, piece, vec2_mix(from, to, 0.5)),
+			label_page_block(page, sheet_flip(sheet, sheet_point(sheet, piece, vec2_mix(from, to, 0.5))),
 					 fmax(1, vec2_distance(from, to) / 2), 3);
 		}
 }
@@ -189,7 +192,7 @@ static enum tw_status find_terminals(struct sheet_names *names, const struct she
 		return status;
 	for (uint32_t s = 0; s < count; s++) {
 		char buffer[16];
-		label_page_add(&names->terminals, sheet_point(sheet, end[s].piece, end[s].at),
+		label_page_add(&names->terminals, sheet_flip(sheet, sheet_point(sheet, end[s].piece, end[s].at)),
 			       name_of(sheet, s, buffer), TERMINAL_LETTER_MM);
 	}
 	block_lettering(&names->terminals, names, sheet);
@@ -208,56 +211,76 @@ enum tw_status sheet_names_find(struct sheet_names *names, const struct sheet *s
 	return status ? status : find_terminals(names, sheet);
 }
 
-/* --- writing ---------------------------------------------------------------------------------------------------- */
-
-static void add_text(const struct sheet *sheet, struct vec2 page, const char *attributes, const char *text)
-{
-	text_format(sheet->text, "<text %sx=\"", attributes);
-	text_number(sheet->text, page.x, 2);
-	text_add(sheet->text, "\" y=\"");
-	text_number(sheet->text, page.y, 2);
-	text_add(sheet->text, "\">");
-	text_xml(sheet->text, text);
-	text_add(sheet->text, "</text>\n");
-}
+/* --- drawing ---------------------------------------------------------------------------------------------------- */
 
 void sheet_names_add_seams(const struct sheet_names *names, const struct sheet *sheet)
 {
-	text_format(sheet->text, "<g font-size=\"%d\" fill=\"#1f6fb2\" text-anchor=\"middle\">\n", SEAM_LETTER_MM);
+	static const struct drawing_style tick_style = {.name = "seam-middle", .stroke = "#1f6fb2", .stroke_mm = 1};
+	static const struct drawing_style number_style = {.name = "seam-number", .fill = "#1f6fb2"};
+	static const double below_middle_mm = 2.5; /* the base line of a number */
+	for (uint32_t i = 0; i < names->seam_count; i++) {
+		const struct seam_middle *middle = &names->seam[i].middle;
+		drawing_add_line(
+			sheet->drawing, &tick_style, middle->piece, sheet_point(sheet, middle->piece, middle->at),
+			sheet_point(sheet, middle->piece, vec2_along(middle->at, middle->inward, SEAM_TICK_MM)));
+	}
 	for (uint32_t i = 0; i < names->seam_count; i++) {
 		const struct seam_mark *mark = &names->seam[i];
-		char number[16];
-		snprintf(number, sizeof number, "%u", mark->number);
-		sheet_add_tick(sheet, mark->middle.piece, mark->middle.at, mark->middle.inward, SEAM_TICK_MM);
-		add_text(sheet, (struct vec2){mark->label.x, mark->label.y + 2.5}, "stroke=\"none\" ", number);
+		const struct drawing_text text = {.at = {mark->label.x, mark->label.y - below_middle_mm},
+						  .size_mm = SEAM_LETTER_MM,
+						  .anchor = DRAWING_MIDDLE,
+						  .text = drawing_format(sheet->drawing, "%u", mark->number)};
+		drawing_add_text(sheet->drawing, &number_style, mark->middle.piece, &text);
 	}
-	text_add(sheet->text, "</g>\n");
+}
+
+/* An arrow at both ends. */
+static void add_grain(const struct sheet *sheet, uint32_t piece, struct vec2 top)
+{
+	static const struct drawing_style style = {.name = "grain", .stroke = "#555555", .stroke_mm = 0.6};
+	enum { HEAD_MM = 8, HEAD_HALF_MM = 3 };
+	struct vec2 bottom = {top.x, top.y - GRAIN_MM};
+	struct drawing_item *path = drawing_add_path(sheet->drawing, &style, piece, false);
+	drawing_move_to(sheet->drawing, path, top);
+	drawing_line_to(sheet->drawing, path, bottom);
+	drawing_move_to(sheet->drawing, path, (struct vec2){bottom.x - HEAD_HALF_MM, bottom.y + HEAD_MM});
+	drawing_line_to(sheet->drawing, path, bottom);
+	drawing_line_to(sheet->drawing, path, (struct vec2){bottom.x + HEAD_HALF_MM, bottom.y + HEAD_MM});
+	drawing_move_to(sheet->drawing, path, (struct vec2){top.x - HEAD_HALF_MM, top.y - HEAD_MM});
+	drawing_line_to(sheet->drawing, path, top);
+	drawing_line_to(sheet->drawing, path, (struct vec2){top.x + HEAD_HALF_MM, top.y - HEAD_MM});
 }
 
 void sheet_names_add_pieces(const struct sheet_names *names, const struct sheet *sheet)
 {
+	static const struct drawing_style style = {.name = "piece-name", .fill = "#333333"};
 	const struct garment *garment = sheet->result->input->garment;
 	for (uint32_t p = 0; p < garment->piece_count; p++) {
-		const struct piece_name *name = &names->piece[p];
-		char size[32];
-		snprintf(size, sizeof size, "font-size=\"%.1f\" ", name->size);
-		add_text(sheet, name->at, size, garment->piece_name[p]);
-		text_format(sheet->text,
-			    "<path d=\"M%.2f %.2fv%dm-3 -8l3 8l3 -8m-6 -44l3 -8l3 8\" fill=\"none\" stroke=\"#555\" "
-			    "stroke-width=\"0.6\"/>\n",
-			    name->at.x, name->at.y + 8, GRAIN_MM);
+		const struct drawing_text text = {.at = names->piece[p].at,
+						  .size_mm = names->piece[p].size,
+						  .anchor = DRAWING_MIDDLE,
+						  .text = garment->piece_name[p]};
+		drawing_add_text(sheet->drawing, &style, p, &text);
 	}
+	for (uint32_t p = 0; p < garment->piece_count; p++)
+		add_grain(sheet, p, (struct vec2){names->piece[p].at.x, names->piece[p].at.y - GRAIN_GAP_MM});
 }
 
 void sheet_names_add_terminals(const struct sheet_names *names, const struct sheet *sheet)
 {
-	text_format(sheet->text, "<g stroke=\"#fff\" stroke-width=\"2.5\" paint-order=\"stroke\" font-size=\"%d\">\n",
-		    TERMINAL_LETTER_MM);
+	static const struct drawing_style style = {
+		.name = "terminal-name", .fill = "#14532d", .stroke = "#ffffff", .stroke_mm = 2.5, .halo = true};
+	static const enum drawing_anchor anchors[] = {
+		[LABEL_START] = DRAWING_START, [LABEL_MIDDLE] = DRAWING_MIDDLE, [LABEL_END] = DRAWING_END};
 	for (uint32_t s = 0; s < names->terminals.label_count; s++) {
 		const struct label *label = &names->terminals.label[s];
-		char buffer[16], anchor[32];
-		snprintf(anchor, sizeof anchor, "text-anchor=\"%s\" ", label_anchor_name(label->anchor));
-		add_text(sheet, label->text, anchor, name_of(sheet, s, buffer));
+		char buffer[16];
+		const struct drawing_text text = {
+			.at = sheet_flip(sheet, label->text),
+			.size_mm = TERMINAL_LETTER_MM,
+			.anchor = anchors[label->anchor],
+			.text = drawing_format(sheet->drawing, "%s", name_of(sheet, s, buffer)),
+		};
+		drawing_add_text(sheet->drawing, &style, sheet->result->ours->wires.end[s].piece, &text);
 	}
-	text_add(sheet->text, "</g>\n");
 }

@@ -9,7 +9,7 @@
 struct seam_mark {
 	uint32_t number;
 	struct seam_middle middle;
-	struct vec2 label; /* on the page */
+	struct vec2 label; /* the middle of the number, on the page */
 };
 
 struct piece_name {
@@ -21,12 +21,13 @@ struct sheet_names {
 	struct seam_mark *seam;
 	uint32_t seam_count;
 	struct piece_name *piece;    /* [piece_count] */
-	struct label_page terminals; /* label s is site s */
+	struct label_page terminals; /* label s is site s; y down, see sheet_flip */
 };
 
 /* Finds all places; memory from the sheet's arena. TW_ERROR_MEMORY. */
 enum tw_status sheet_names_find(struct sheet_names *names, const struct sheet *sheet) TW_NODISCARD;
 
+/* Add them to the layer that was begun last. */
 void sheet_names_add_seams(const struct sheet_names *names, const struct sheet *sheet);
 void sheet_names_add_pieces(const struct sheet_names *names, const struct sheet *sheet);
 void sheet_names_add_terminals(const struct sheet_names *names, const struct sheet *sheet);

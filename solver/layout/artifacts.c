@@ -1,0 +1,52 @@
+#include "solver/layout/artifacts.h"
+
+#include "solver/drawing/svg.h"
+
+/* A file is a text of its own, or a drawing in some format. Adding one is one row, and where need be one function that
+ * fills a drawing, or one that writes a format. */
+static const struct artifact {
+	const char *name;
+	const char *media_type;
+	void (*write)(const struct layout_result *result, struct text *text);
+	void (*draw)(const struct layout_result *result, struct drawing *drawing, struct arena *arena);
+	void (*format)(const struct drawing *drawing, struct text *text);
+} artifacts[] = {
+	{"layout.json", "application/json", .write = write_layout_json},
+	{"pattern.svg", "image/svg+xml", .draw = pattern_draw, .format = svg_write},
+	{"suit.svg", "image/svg+xml", .draw = suit_draw, .format = svg_write},
+};
+enum { ARTIFACT_COUNT = sizeof artifacts / sizeof *artifacts };
+_Static_assert((int)ARTIFACT_COUNT <= (int)LAYOUT_ARTIFACTS_MAX, "more files than a layout may have artifacts");
+
+static void draw(const struct artifact *artifact, const struct layout_result *result, struct text *text)
+{
+	struct arena *arena = arena_new(0);
+	struct drawing drawing;
+	if (arena) {
+		artifact->draw(result, &drawing, arena);
+		artifact->format(&drawing, text);
+	} else {
+		text->failed = true;
+	}
+	arena_free(arena);
+}
+
+enum tw_status artifacts_write(const struct layout_result *result, struct arena *arena, struct layout_output *output,
+			       struct tw_error *error)
+{
+	for (size_t a = 0; a < ARTIFACT_COUNT; a++) {
+		struct text text = {0};
+		struct layout_artifact *file = &output->artifacts[a];
+		if (artifacts[a].write)
+			artifacts[a].write(result, &text);
+		else
+			draw(&artifacts[a], result, &text);
+		file->name = artifacts[a].name;
+		file->media_type = artifacts[a].media_type;
+		enum tw_status status = text_take(&text, arena, &file->bytes, &file->size, error);
+		if (status != TW_OK)
+			return status;
+	}
+	output->artifact_count = ARTIFACT_COUNT;
+	return TW_OK;
+}
