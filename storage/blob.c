@@ -125,12 +125,14 @@ static enum tw_status read_chunk(struct store *store, int64_t row, uint64_t offs
 				 struct tw_error *error)
 {
 	sqlite3_blob *handle = NULL;
-	int code = sqlite3_blob_open(store->db, "main", "chunk", "bytes", row, 0, &handle);
+	int code = sqlite3_blob_open(store->connection->db, "main", "chunk", "bytes", row, 0, &handle);
 	if (code == SQLITE_OK)
 		code = sqlite3_blob_read(handle, bytes, (int)size, (int)offset);
 	sqlite3_blob_close(handle);
 	/* SQLITE_ERROR: no such row (deleted meanwhile), or shorter than its blob says. */
-	return code == SQLITE_OK ? TW_OK : code == SQLITE_ERROR ? gone(error) : sql_fail(store->db, code, error);
+	return code == SQLITE_OK      ? TW_OK
+	       : code == SQLITE_ERROR ? gone(error)
+				      : connection_fail(store->connection->db, code, error);
 }
 
 static enum tw_status read_chunks(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size,

@@ -21,8 +21,4 @@ enum tw_status chunk_write_blob(struct store *store, int64_t resource, struct bl
  * bit. (Removing a large upload at once would hold the write lock for longer than others wait for it.) */
 #define CHUNK_LET_GO "UPDATE blob SET resource = NULL, upload = NULL, touched_ms = 0"
 
-/* Removes some chunks of one blob that was let go, or of one upload that nobody touched since `before_ms`, which is let
- * go thereby. *more: there is more to remove. A transaction of its own. */
-enum tw_status chunk_sweep(struct store *store, int64_t before_ms, bool *more, struct tw_error *error) TW_NODISCARD;
-
 #endif

@@ -182,7 +182,7 @@ static enum tw_status insert_resource(struct store *store, const char *id, const
 	sql_bind_text(&q, draft->options ? draft->options : "{}");
 	sql_bind_int(&q, store_now_ms(store));
 	enum tw_status status = sql_run(&q, NULL, error);
-	*number = sqlite3_last_insert_rowid(store->db);
+	*number = sql_inserted(store);
 	return status;
 }
 

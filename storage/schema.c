@@ -5,7 +5,9 @@
  */
 #include "storage/schema.h"
 
-#include "storage/sql.h"
+#include "storage/connection.h"
+
+#include <stdbool.h>
 
 static const char resources_and_queue[] =
 	"CREATE TABLE resource("
@@ -176,7 +178,7 @@ enum tw_status schema_check_owner(sqlite3 *db, struct tw_error *error)
 			       "%.200s is not a database; name a file of its own for the store",
 			       sqlite3_db_filename(db, "main"));
 	if (code != SQLITE_OK)
-		return sql_fail(db, code, error);
+		return connection_fail(db, code, error);
 	bool empty = owner.version == 0 && owner.application == 0 && owner.tables == 0;
 	if (!empty && owner.application != SCHEMA_APPLICATION_ID)
 		return tw_fail(error, TW_ERROR_INPUT, "store-foreign", NULL,
@@ -192,7 +194,7 @@ static enum tw_status apply(sqlite3 *db, int64_t version, struct tw_error *error
 		 (int)version + 1);
 	if (code == SQLITE_OK)
 		code = sqlite3_exec(db, text, NULL, NULL, NULL);
-	return code == SQLITE_OK ? TW_OK : sql_fail(db, code, error);
+	return code == SQLITE_OK ? TW_OK : connection_fail(db, code, error);
 }
 
 /* The version is read under the write lock, so that of several processes one migrates and the others find it done. */
@@ -202,7 +204,7 @@ static enum tw_status migrate_once(sqlite3 *db, int target, bool *done, struct t
 	int code = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL);
 	if (code == SQLITE_OK)
 		code = read_pragma(db, "PRAGMA user_version", &version);
-	enum tw_status status = code == SQLITE_OK ? TW_OK : sql_fail(db, code, error);
+	enum tw_status status = code == SQLITE_OK ? TW_OK : connection_fail(db, code, error);
 	if (status == TW_OK && (version < 0 || version > SCHEMA_VERSION))
 		status = tw_fail(error, TW_ERROR_UNSUPPORTED, "store-newer", NULL,
 				 "the store has version %lld, this tightwire knows up to %d; run the newer one",
@@ -212,7 +214,7 @@ static enum tw_status migrate_once(sqlite3 *db, int target, bool *done, struct t
 		status = apply(db, version, error);
 	if (status == TW_OK) {
 		code = sqlite3_exec(db, "COMMIT", NULL, NULL, NULL);
-		status = code == SQLITE_OK ? TW_OK : sql_fail(db, code, error);
+		status = code == SQLITE_OK ? TW_OK : connection_fail(db, code, error);
 	}
 	if (status != TW_OK && !sqlite3_get_autocommit(db))
 		sqlite3_exec(db, "ROLLBACK", NULL, NULL, NULL);
@@ -221,7 +223,10 @@ static enum tw_status migrate_once(sqlite3 *db, int target, bool *done, struct t
 
 enum tw_status schema_migrate(sqlite3 *db, int target, struct tw_error *error)
 {
-	bool done = false;
+	int64_t version = 0;
+	int code = read_pragma(db, "PRAGMA user_version", &version);
+	/* Nearly always; who opens a store must not wait for those that write. */
+	bool done = code == SQLITE_OK && version == target;
 	enum tw_status status = TW_OK;
 	while (status == TW_OK && !done)
 		status = migrate_once(db, target, &done, error);

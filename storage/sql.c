@@ -1,81 +1,18 @@
 /* The thin layer over SQLite that the rest of the folder speaks: see sql.h. */
 #include "storage/sql.h"
 
+#include "storage/writer.h"
+
 #include <assert.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/statvfs.h>
 
-/* A file size limit and a quota mean the same to a client as a full disk, but only ENOSPC is SQLITE_FULL. (errno
- * itself, because sqlite3_system_errno does not know of the errors of a COMMIT.) */
-static bool is_full(int code, int cause)
-{
-	return code == SQLITE_FULL || (code == SQLITE_IOERR && (cause == EFBIG || cause == EDQUOT || cause == ENOSPC));
-}
-
-static enum tw_status fail_full(struct tw_error *error)
-{
-	return tw_fail(error, TW_ERROR_FULL, "store-full", NULL,
-		       "the store is full; free space on its disk or delete resources, then try again");
-}
-
-enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error)
-{
-	int cause = errno;
-	int primary = code & 0xff;
-	const char *message = db ? sqlite3_errmsg(db) : sqlite3_errstr(code);
-	if (is_full(primary, cause))
-		return fail_full(error);
-	switch (primary) {
-	case SQLITE_NOMEM:
-		return tw_fail_memory(error);
-	case SQLITE_BUSY:
-	case SQLITE_LOCKED:
-		return tw_fail(error, TW_ERROR_IO, "store-busy", NULL,
-			       "the store was locked by another process for too long; try again");
-	case SQLITE_CORRUPT:
-	case SQLITE_NOTADB:
-		return tw_fail(error, TW_ERROR_IO, "store-damaged", NULL,
-			       "the store is damaged (%s); restore it from a backup", message);
-	case SQLITE_TOOBIG:
-		return tw_fail(error, TW_ERROR_LIMIT, "store-row-too-large", NULL,
-			       "one row is too large for the store");
-	case SQLITE_CONSTRAINT:
-	case SQLITE_MISUSE:
-	case SQLITE_ERROR:
-		return tw_fail(error, TW_ERROR_INTERNAL, "store-internal", NULL, "the store refused a statement: %s",
-			       message);
-	default:
-		return tw_fail(error, TW_ERROR_IO, "store-io", NULL, "the store cannot be read or written: %s",
-			       message);
-	}
-}
-
-static sqlite3_stmt *cached(struct store *store, const char *text)
-{
-	for (int i = 0; i < store->statement_count; i++)
-		if (store->statements[i].text == text)
-			return store->statements[i].statement;
-	return NULL;
-}
-
 struct sql sql_query(struct store *store, const char *text)
 {
-	struct sql q = {.store = store, .statement = cached(store, text)};
-	if (q.statement) {
-		assert(!sqlite3_stmt_busy(q.statement));
-		return q;
-	}
-	if (store->statement_count == SQL_STATEMENTS_MAX) {
-		q.code = SQLITE_INTERNAL;
-		return q;
-	}
-	q.code = sqlite3_prepare_v3(store->db, text, -1, SQLITE_PREPARE_PERSISTENT, &q.statement, NULL);
-	if (q.code == SQLITE_OK) {
-		store->statements[store->statement_count].text = text;
-		store->statements[store->statement_count++].statement = q.statement;
-	}
+	struct sql q = {.store = store};
+	q.code = connection_prepare(store->connection, text, &q.statement);
 	return q;
 }
 
@@ -164,7 +101,8 @@ enum tw_status sql_end(struct sql *q, struct tw_error *error)
 {
 	/* The message belongs to the connection, so it has to be taken before the statement is reset. */
 	errno = q->cause;
-	enum tw_status status = q->code == SQLITE_OK ? TW_OK : sql_fail(q->store->db, q->code, error);
+	enum tw_status status =
+		q->code == SQLITE_OK ? TW_OK : connection_fail(q->store->connection->db, q->code, error);
 	if (q->statement) {
 		sqlite3_reset(q->statement);
 		sqlite3_clear_bindings(q->statement);
@@ -177,8 +115,13 @@ enum tw_status sql_run(struct sql *q, int64_t *changed, struct tw_error *error)
 	while (sql_step(q))
 		;
 	if (changed)
-		*changed = q->code == SQLITE_OK ? sqlite3_changes64(q->store->db) : 0;
+		*changed = q->code == SQLITE_OK ? sqlite3_changes64(q->store->connection->db) : 0;
 	return sql_end(q, error);
+}
+
+int64_t sql_inserted(const struct store *store)
+{
+	return sqlite3_last_insert_rowid(store->connection->db);
 }
 
 static enum tw_status read_number(struct store *store, const char *text, uint64_t *number, struct tw_error *error)
@@ -195,7 +138,7 @@ enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_err
 {
 	struct statvfs disk;
 	uint64_t pages, page_bytes;
-	const char *path = sqlite3_db_filename(store->db, "main");
+	const char *path = sqlite3_db_filename(store->connection->db, "main");
 	if (!path || !*path || statvfs(path, &disk))
 		return TW_OK;
 	enum tw_status status = read_number(store, "PRAGMA freelist_count", &pages, error);
@@ -207,41 +150,42 @@ enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_err
 	uint64_t for_log = store->reserve_bytes / 4;
 	bool log_fits = on_disk >= for_log && on_disk - for_log >= bytes;
 	bool both_fit = in_all >= store->reserve_bytes && (in_all - store->reserve_bytes) / 2 >= bytes;
-	return log_fits && both_fit ? TW_OK : fail_full(error);
-}
-
-static enum tw_status execute(struct store *store, const char *text, struct tw_error *error)
-{
-	struct sql q = sql_query(store, text);
-	return sql_run(&q, NULL, error);
+	return log_fits && both_fit ? TW_OK : connection_fail_full(error);
 }
 
 enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error)
 {
-	if (store->durable != durable) {
-		int code =
-			sqlite3_exec(store->db, durable ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL",
-				     NULL, NULL, NULL);
-		if (code != SQLITE_OK)
-			return sql_fail(store->db, code, error);
-		store->durable = durable;
-	}
-	return execute(store, "BEGIN IMMEDIATE", error);
+	assert(store->connection == &store->reads);
+	store->durable = durable;
+	return writer_begin(store->writer, false, &store->connection, error);
+}
+
+enum tw_status transaction_begin_alone(struct store *store, struct tw_error *error)
+{
+	assert(store->connection == &store->reads);
+	store->durable = false;
+	return writer_begin(store->writer, true, &store->connection, error);
 }
 
 enum tw_status snapshot_begin(struct store *store, struct tw_error *error)
 {
-	return execute(store, "BEGIN", error);
+	assert(store->connection == &store->reads);
+	int code = connection_run(store->connection, "BEGIN");
+	return code == SQLITE_OK ? TW_OK : connection_fail(store->connection->db, code, error);
+}
+
+/* Nothing was written, so there is nothing that could fail. */
+static enum tw_status end_snapshot(struct store *store, enum tw_status status)
+{
+	if (!sqlite3_get_autocommit(store->reads.db))
+		connection_run(&store->reads, "ROLLBACK");
+	return status;
 }
 
 enum tw_status transaction_end(struct store *store, enum tw_status status, struct tw_error *error)
 {
-	if (status == TW_OK)
-		status = execute(store, "COMMIT", error);
-	/* SQLite has rolled back by itself after some errors (a full disk, say), and after others not. */
-	if (status != TW_OK && !sqlite3_get_autocommit(store->db)) {
-		enum tw_status ignored = execute(store, "ROLLBACK", NULL);
-		(void)ignored;
-	}
-	return status;
+	if (store->connection == &store->reads)
+		return end_snapshot(store, status);
+	store->connection = &store->reads;
+	return writer_end(store->writer, status, store->durable, error);
 }

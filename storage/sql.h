@@ -10,24 +10,21 @@
 #ifndef STORAGE_SQL_H
 #define STORAGE_SQL_H
 
-#include "storage/store.h"
+#include "storage/connection.h"
+#include "tightwire.h"
 
-#include <sqlite3.h>
+#include <stdbool.h>
 
-enum { SQL_STATEMENTS_MAX = 128 };
+struct writer;
 
 struct store {
-	sqlite3 *db;
+	struct connection reads;
+	struct writer *writer;         /* owned, shared by all stores of the process */
+	struct connection *connection; /* what statements go through: `reads`, within a transaction the writer's */
+	bool durable;                  /* the transaction that is under way; see transaction_begin */
 	int64_t (*now_ms)(void *context);
 	void *clock_context;
-	bool durable;           /* what PRAGMA synchronous stands at */
 	uint64_t reserve_bytes; /* left free on the disk */
-	/* Prepared statements by the address of their text, which is a literal. */
-	struct {
-		const char *text;
-		sqlite3_stmt *statement;
-	} statements[SQL_STATEMENTS_MAX];
-	int statement_count;
 };
 
 struct sql {
@@ -64,11 +61,17 @@ enum tw_status sql_end(struct sql *q, struct tw_error *error) TW_NODISCARD;
 /* Steps to the end, ends, and tells how many rows were changed (`changed` may be NULL). */
 enum tw_status sql_run(struct sql *q, int64_t *changed, struct tw_error *error) TW_NODISCARD;
 
-/* What a SQLite code means to the callers of this folder; errno must still be as SQLite left it. */
-enum tw_status sql_fail(sqlite3 *db, int code, struct tw_error *error);
+/* The number of the row that was inserted last in this transaction. */
+int64_t sql_inserted(const struct store *store);
 
-/* `durable`: on the disk when transaction_end returns. */
+/* Waits for the process's one writer (writer.h). `durable`: on the disk when transaction_end returns. No transaction
+ * may be begun within another of the same thread, also not on another store. */
 enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error) TW_NODISCARD;
+
+/* The same, not durable, for what writes or removes a lot: it shares its commit with no other, which would have to wait
+ * for it and could be lost with it when the disk is full. (And SQLite would write pages that become free within a
+ * savepoint.) */
+enum tw_status transaction_begin_alone(struct store *store, struct tw_error *error) TW_NODISCARD;
 
 /* Fails with "store-full" where `bytes` more would take of the reserve. For what adds to the store: what removes from
  * it, or ends a job, must go on then, and lives on the reserve. */
@@ -77,7 +80,7 @@ enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_err
 /* For reads that belong together. */
 enum tw_status snapshot_begin(struct store *store, struct tw_error *error) TW_NODISCARD;
 
-/* Commits where `status` is TW_OK, else rolls back. Returns `status`, or why the commit failed. */
+/* Commits where `status` is TW_OK, else rolls back; ends a snapshot too. Returns `status`, or why the commit failed. */
 enum tw_status transaction_end(struct store *store, enum tw_status status, struct tw_error *error) TW_NODISCARD;
 
 #endif

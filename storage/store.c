@@ -1,12 +1,9 @@
-/* Opening, closing and caring for the database file.
- *
- * WAL, because readers (the daemon) must not wait for writers (the workers). Pages of 8 KiB, because most of the file
- * is chunks of a megabyte. Incremental vacuum, so that a deleted suit gives its space back without a stop. Deleted
- * pages are not overwritten with zeros, as Debian's SQLite does unless told otherwise: it would write a large upload
- * once more when it goes. */
-#include "storage/chunk.h"
+/* Opening, closing and caring for the store. */
+#include "storage/store.h"
+
 #include "storage/schema.h"
 #include "storage/sql.h"
+#include "storage/writer.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -17,10 +14,8 @@
 #include <unistd.h>
 
 enum {
-	PAGE_BYTES = 8192,
 	RESERVE_BYTES = 32 << 20,
-	BUSY_TIMEOUT_MS = 10000,
-	SHRINK_PAGES = 4096, /* freed to the file system at once: 32 MiB, a short write lock */
+	SHRINK_STEPS = 16, /* of 256 pages each: 32 MiB, in steps for which nobody waits long */
 };
 
 /* What a URL says. */
@@ -51,7 +46,7 @@ static bool parse_query(const char *query, struct target *target)
 	bool understood = *query;
 	while (understood && *query)
 		understood = (parse_number(&query, "limit_bytes", &target->limit_bytes) &&
-			      target->limit_bytes >= PAGE_BYTES) ||
+			      target->limit_bytes >= CONNECTION_PAGE_BYTES) ||
 			     parse_number(&query, "reserve_bytes", &target->reserve_bytes);
 	return understood;
 }
@@ -94,45 +89,24 @@ void store_set_clock(struct store *store, int64_t (*now_ms)(void *context), void
 	store->clock_context = context;
 }
 
-/* Turning a new database to WAL needs it exclusively, and SQLite does not wait for that by itself. */
-static int set_up(sqlite3 *db, uint64_t limit_bytes)
-{
-	char text[512];
-	snprintf(text, sizeof text,
-		 "PRAGMA page_size = %d; PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL;"
-		 "PRAGMA secure_delete = FAST; PRAGMA foreign_keys = ON; PRAGMA trusted_schema = OFF; PRAGMA "
-		 "synchronous = FULL;"
-		 "PRAGMA temp_store = MEMORY; PRAGMA cache_size = -4096; PRAGMA journal_size_limit = 67108864;"
-		 "PRAGMA max_page_count = %" PRIu64,
-		 PAGE_BYTES, limit_bytes ? limit_bytes / PAGE_BYTES : UINT64_C(4294967294));
-	int code = SQLITE_BUSY;
-	for (int waited_ms = 0; code == SQLITE_BUSY && waited_ms < BUSY_TIMEOUT_MS; waited_ms += 5) {
-		code = sqlite3_exec(db, text, NULL, NULL, NULL);
-		if (code == SQLITE_BUSY)
-			sqlite3_sleep(5);
-	}
-	return code;
-}
-
+/* The file is migrated through the connection for reading, before anybody else uses it. */
 static enum tw_status open_database(struct store *store, const struct target *target, struct tw_error *error)
 {
-	int code = sqlite3_open_v2(
-		target->path, &store->db,
-		SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, NULL);
-	if (code != SQLITE_OK)
-		return tw_fail(error, TW_ERROR_IO, "store-io", NULL, "the store %.200s cannot be opened: %s",
-			       target->path, store->db ? sqlite3_errmsg(store->db) : sqlite3_errstr(code));
-	sqlite3_busy_timeout(store->db, BUSY_TIMEOUT_MS);
-	sqlite3_db_config(store->db, SQLITE_DBCONFIG_DEFENSIVE, 1, NULL);
-	enum tw_status status = schema_check_owner(store->db, error);
+	enum tw_status status = connection_open(&store->reads, target->path, error);
+	if (status == TW_OK)
+		status = schema_check_owner(store->reads.db, error);
+	if (status == TW_OK)
+		status = connection_set_up(&store->reads, target->limit_bytes, error);
+	if (status == TW_OK)
+		status = schema_migrate(store->reads.db, SCHEMA_VERSION, error);
 	if (status != TW_OK)
 		return status;
-	code = set_up(store->db, target->limit_bytes);
-	if (code != SQLITE_OK)
-		return sql_fail(store->db, code, error);
-	store->durable = true;
+	store->connection = &store->reads;
 	store->reserve_bytes = target->reserve_bytes;
-	return schema_migrate(store->db, SCHEMA_VERSION, error);
+	int code = sqlite3_exec(store->reads.db, "PRAGMA query_only = ON", NULL, NULL, NULL);
+	if (code != SQLITE_OK)
+		return connection_fail(store->reads.db, code, error);
+	return writer_open(&store->writer, target->path, target->limit_bytes, error);
 }
 
 static enum tw_status open_target(struct store **store, const struct target *target, struct tw_error *error)
@@ -172,43 +146,63 @@ void store_close(struct store *store)
 {
 	if (!store)
 		return;
-	for (int i = 0; i < store->statement_count; i++)
-		sqlite3_finalize(store->statements[i].statement);
-	sqlite3_close(store->db);
+	writer_close(store->writer);
+	connection_close(&store->reads);
 	free(store);
 }
 
 enum tw_status store_ping(struct store *store, struct tw_error *error)
 {
+	enum tw_status status = connection_check_place(&store->reads, error);
+	if (status != TW_OK)
+		return status;
 	struct sql q = sql_query(store, "SELECT value FROM change");
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, bool *more, struct tw_error *error)
+void store_count_writes(struct store *store, struct store_writes *writes)
 {
-	return chunk_sweep(store, store_now_ms(store) - upload_age_ms, more, error);
+	struct writer_counts counts;
+	writer_count(store->writer, &counts);
+	*writes = (struct store_writes){counts.transactions, counts.groups, counts.syncs};
+}
+
+static enum tw_status shrink_a_little(struct store *store, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin_alone(store, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "PRAGMA incremental_vacuum(256)");
+	status = sql_run(&q, NULL, error);
+	return transaction_end(store, status, error);
 }
 
 enum tw_status store_shrink(struct store *store, struct tw_error *error)
 {
-	char text[64];
-	snprintf(text, sizeof text, "PRAGMA incremental_vacuum(%d)", SHRINK_PAGES);
-	int code = sqlite3_exec(store->db, text, NULL, NULL, NULL);
-	return code == SQLITE_OK ? TW_OK : sql_fail(store->db, code, error);
+	enum tw_status status = TW_OK;
+	int64_t free_pages = 1;
+	for (int i = 0; status == TW_OK && free_pages && i < SHRINK_STEPS; i++) {
+		struct sql q = sql_query(store, "PRAGMA freelist_count");
+		free_pages = sql_step(&q) ? sql_int(&q) : 0;
+		status = sql_end(&q, error);
+		if (status == TW_OK && free_pages)
+			status = shrink_a_little(store, error);
+	}
+	return status;
 }
 
 static enum tw_status copy_to(struct store *store, sqlite3 *copy, struct tw_error *error)
 {
-	sqlite3_backup *backup = sqlite3_backup_init(copy, "main", store->db, "main");
+	sqlite3_backup *backup = sqlite3_backup_init(copy, "main", store->reads.db, "main");
 	if (!backup)
-		return sql_fail(copy, sqlite3_errcode(copy), error);
+		return connection_fail(copy, sqlite3_errcode(copy), error);
 	/* All in one step: a backup in parts starts over with every write of another process. WAL keeps writers going.
 	 */
 	int code = sqlite3_backup_step(backup, -1);
 	int finished = sqlite3_backup_finish(backup);
 	if (code == SQLITE_DONE)
 		code = finished;
-	return code == SQLITE_OK ? TW_OK : sql_fail(copy, code, error);
+	return code == SQLITE_OK ? TW_OK : connection_fail(copy, code, error);
 }
 
 enum tw_status store_backup(struct store *store, const char *path, struct tw_error *error)

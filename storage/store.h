@@ -1,14 +1,18 @@
 /* The store: one SQLite database that keeps every upload, resource, result and job. This folder holds the only SQL.
  *
- * One `struct store` is one connection. It may be used by one thread at a time; threads and processes that work side by
- * side open their own on the same URL. Every function that writes is one transaction of its own (BEGIN IMMEDIATE):
- * after an error nothing of it is kept. What a client is told has happened is on the disk (synchronous=FULL) before the
- * function returns; upload chunks, claims and heartbeats are written without waiting for the disk, because a later
- * durable transaction carries them with it and losing them costs only a repetition.
+ * One `struct store` is one connection for reading, and may be used by one thread at a time; threads and processes that
+ * work side by side open their own on the same URL. What the stores of a process write goes through one connection
+ * more, first come, first served, many transactions at once (writer.h); the processes take turns (gate.h). Reads wait
+ * for nobody.
+ *
+ * Every function that writes is one transaction of its own: after an error nothing of it is kept. What a client is told
+ * has happened is on the disk before the function returns; upload chunks, claims and heartbeats are written without
+ * waiting for the disk, because a later durable transaction carries them with it and losing them costs only a
+ * repetition. A read may see what others have written a few milliseconds before it is on the disk.
  *
  * Errors of every function here, besides those that it names: TW_ERROR_FULL "store-full" (disk, quota or file size
- * limit), TW_ERROR_IO "store-io" | "store-busy" (another process held the write lock for longer than the busy timeout)
- * | "store-damaged", TW_ERROR_MEMORY. */
+ * limit), TW_ERROR_IO "store-io" | "store-busy" (the others did not let it write for ten seconds) |
+ * "store-gone" (the file was deleted, replaced or unmounted) | "store-damaged", TW_ERROR_MEMORY. */
 #ifndef STORAGE_STORE_H
 #define STORAGE_STORE_H
 
@@ -38,16 +42,18 @@ void store_close(struct store *store); /* NULL is allowed */
 int64_t store_now_ms(const struct store *store);
 void store_set_clock(struct store *store, int64_t (*now_ms)(void *context), void *context);
 
-/* A step of cleaning up: removes a little of what was deleted, and of uploads that nobody sealed or used for
- * `upload_age_ms`. *more: there is more of it. Where there is nothing, a cheap read. For the daemon to call again and
- * again, because what is deleted is only out of sight until then. */
-enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, bool *more, struct tw_error *error) TW_NODISCARD;
-
 /* Returns some of the free pages to the file system. For the daemon to call every minute or so. */
 enum tw_status store_shrink(struct store *store, struct tw_error *error) TW_NODISCARD;
 
 /* A cheap read that fails when the store cannot answer; for readiness. */
 enum tw_status store_ping(struct store *store, struct tw_error *error) TW_NODISCARD;
+
+/* What this process has written since it opened the store: how many transactions, in how many groups that were
+ * committed at once, and how many times it waited for the disk. */
+struct store_writes {
+	uint64_t transactions, groups, syncs;
+};
+void store_count_writes(struct store *store, struct store_writes *writes);
 
 /* A consistent copy of the whole store into a new file `path`, while others go on reading and writing.
  * TW_ERROR_CONFLICT "backup-exists" when the file is there already. */

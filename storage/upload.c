@@ -90,7 +90,7 @@ enum tw_status upload_begin(struct upload **upload, struct store *store, const c
 	enum tw_status status = transaction_begin(store, false, error);
 	if (status == TW_OK) {
 		status = insert_upload(begun, part, file_name, media_type, error);
-		begun->blob = sqlite3_last_insert_rowid(store->db);
+		begun->blob = sql_inserted(store);
 		status = transaction_end(store, status, error);
 	}
 	if (status == TW_OK)
@@ -199,7 +199,7 @@ static enum tw_status flush(struct upload *upload, struct tw_error *error)
 {
 	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
 	if (status == TW_OK)
-		status = transaction_begin(upload->store, false, error);
+		status = transaction_begin_alone(upload->store, error);
 	if (status == TW_OK) {
 		status = store_chunk(upload, error);
 		status = transaction_end(upload->store, status, error);

@@ -13,6 +13,7 @@
 #include "service/log.h"
 #include "service/worker/worker.h"
 #include "storage/queue.h"
+#include "storage/sweep.h"
 
 #include <poll.h>
 #include <signal.h>

@@ -15,6 +15,7 @@
 #include "storage/queue.h"
 #include "storage/resources.h"
 #include "storage/store.h"
+#include "storage/sweep.h"
 
 #include <sqlite3.h>
 #include <stdlib.h>
