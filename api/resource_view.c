@@ -102,6 +102,15 @@ static enum tw_status add_origin(struct api_call *call, json_t *json, const stru
 	return status;
 }
 
+static enum tw_status add_outdated(struct api_call *call, json_t *json, const struct resource *resource,
+				   struct tw_error *error)
+{
+	bool outdated = false;
+	enum tw_status status = resource_is_outdated(call->store, resource, &outdated, error);
+	json_object_set_new(json, "outdated", json_boolean(outdated));
+	return status;
+}
+
 static enum tw_status add_contents(struct api_call *call, json_t *json, const struct resource *resource,
 				   const char *path, struct tw_error *error)
 {
@@ -135,6 +144,9 @@ enum tw_status resource_show(struct api_call *call, const struct resource *resou
 	enum tw_status status = add_origin(call, made, resource, error);
 	if (resource->options)
 		json_object_set_new(made, resource_kind_row(resource->kind)->asked, json_embed(resource->options));
+	json_object_set_new(made, "version", json_integer(resource->version));
+	if (status == TW_OK)
+		status = add_outdated(call, made, resource, error);
 	json_object_set_new(made, "summary", json_embed(resource->summary));
 	json_object_set_new(made, "problem", job_show_problem(&resource->job));
 	json_object_set_new(made, "job", job_show(&resource->job));

@@ -6,12 +6,17 @@
 #include <ctype.h>
 #include <string.h>
 
+static void add_number(struct content_hasher *hasher, uint64_t number)
+{
+	uint8_t bytes[8];
+	for (unsigned i = 0; i < sizeof bytes; i++)
+		bytes[i] = (uint8_t)(number >> 8 * i);
+	content_hasher_add(hasher, bytes, sizeof bytes);
+}
+
 static void add_bytes(struct content_hasher *hasher, const void *bytes, size_t size)
 {
-	uint8_t length[8];
-	for (unsigned i = 0; i < sizeof length; i++)
-		length[i] = (uint8_t)((uint64_t)size >> 8 * i);
-	content_hasher_add(hasher, length, sizeof length);
+	add_number(hasher, size);
 	content_hasher_add(hasher, bytes, size);
 }
 
@@ -61,8 +66,8 @@ static enum tw_status add_upload(struct store *store, struct content_hasher *has
 	return TW_OK;
 }
 
-enum tw_status address_of_draft(struct store *store, const struct resource_draft *draft, struct content_hash *address,
-				struct tw_error *error)
+enum tw_status address_fingerprint(struct store *store, const struct resource_draft *draft,
+				   struct content_hash *fingerprint, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
 	struct content_hasher hasher;
@@ -76,6 +81,16 @@ enum tw_status address_of_draft(struct store *store, const struct resource_draft
 	add_text(&hasher, "uploads");
 	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++)
 		status = add_upload(store, &hasher, draft->uploads[i], error);
-	*address = content_hasher_end(&hasher);
+	*fingerprint = content_hasher_end(&hasher);
 	return status;
+}
+
+struct content_hash address_of(const struct resource_draft *draft, const struct content_hash *fingerprint)
+{
+	struct content_hasher hasher;
+	content_hasher_init(&hasher);
+	add_text(&hasher, draft->tenant ? draft->tenant : STORE_TENANT_DEFAULT);
+	add_number(&hasher, resource_kind_row(draft->kind)->version);
+	content_hasher_add(&hasher, fingerprint->bytes, sizeof fingerprint->bytes);
+	return content_hasher_end(&hasher);
 }

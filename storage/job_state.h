@@ -18,6 +18,8 @@ static_assert(JOB_QUEUED == 0 && JOB_RUNNING == 1 && JOB_SUCCEEDED == 2 && JOB_F
 		      JOB_INCOMPLETE == 5 && JOB_STATES == 6,
 	      "the literals above");
 
+/* As job_state_has_result says. */
+#define SQL_WITH_RESULT "(" SQL_SUCCEEDED ", " SQL_INCOMPLETE ")"
 /* Ended without the result that others wait for. */
 #define SQL_UNSUCCESSFUL "(" SQL_FAILED ", " SQL_CANCELLED ", " SQL_INCOMPLETE ")"
 /* Ended so that it may be tried again. */

@@ -11,12 +11,12 @@
 /* Computation versions; 1 is what 0.1.0 computed. */
 enum {
 	MESH_VERSION = 2,   /* 2: keeps the numbers of the file, and the edges */
-	MOTION_VERSION = 1, /* of the mean densities that an import leaves */
+	MOTION_VERSION = 2, /* of the mean densities that an import leaves; 2: tension is the relaxed energy */
 	/* A field is computed from means of today's version, whatever the import left: so its version grows with
-	 * theirs. */
-	FIELD_VERSION = 0 + MOTION_VERSION,
-	LAYOUT_VERSION = 2, /* 2: numbers are the file's */
-	RECORDING_VERSION = 1,
+	 * theirs. 1: bent seams and missing fabric count once. */
+	FIELD_VERSION = 1 + MOTION_VERSION,
+	LAYOUT_VERSION = 2,    /* 2: numbers are the file's */
+	RECORDING_VERSION = 2, /* 2: gaps, exceptions and dropped samples are counted */
 };
 
 static const struct resource_kind_row resource_kinds[] = {
@@ -39,7 +39,7 @@ static const struct resource_kind_row resource_kinds[] = {
 		.name_counts = true,
 		.href = "/v1/meshes/{mesh}/motions/{id}",
 		.asked = "options",
-		.needs = {{RESOURCE_MESH, "mesh", false}},
+		.needs = {{.kind = RESOURCE_MESH, .member = "mesh"}},
 		.need_count = 1,
 		.contains = UPLOADS | ARRAYS,
 	},
@@ -51,7 +51,8 @@ static const struct resource_kind_row resource_kinds[] = {
 		.addressed = true,
 		.href = "/v1/fields/{id}",
 		.asked = "options",
-		.needs = {{RESOURCE_MESH, "mesh", false}, {RESOURCE_MOTION, "motions", true}},
+		.needs = {{.kind = RESOURCE_MESH, .member = "mesh"},
+			  {.kind = RESOURCE_MOTION, .member = "motions", .many = true}},
 		.need_count = 2,
 		.contains = ARRAYS,
 	},
@@ -63,7 +64,7 @@ static const struct resource_kind_row resource_kinds[] = {
 		.name_counts = true,
 		.href = "/v1/layouts/{id}",
 		.asked = "request",
-		.needs = {{RESOURCE_FIELD, "field", false}},
+		.needs = {{.kind = RESOURCE_FIELD, .member = "field", .outdates = true}},
 		.need_count = 1,
 		.contains = ARTIFACTS,
 	},

@@ -34,6 +34,7 @@ struct kind_need {
 	enum resource_kind kind;
 	const char *member; /* what it is called where a resource is shown: "mesh", an id; "motions", a list of them */
 	bool many;
+	bool outdates; /* where it is outdated, so is what is made from it */
 };
 
 struct resource_kind_row {

@@ -107,6 +107,11 @@ enum tw_status job_heartbeat(struct store *store, const struct job_ticket *ticke
 	return transaction_end(store, status, error);
 }
 
+static uint32_t version_of(const struct job_ticket *ticket)
+{
+	return resource_kind_row(job_kind_row(ticket->kind)->resource)->version;
+}
+
 /* The fence is checked before anything is written, inside the same transaction. */
 static enum tw_status finish(struct store *store, const struct job_ticket *ticket, const struct job_result *result,
 			     struct tw_error *error)
@@ -119,7 +124,7 @@ static enum tw_status finish(struct store *store, const struct job_ticket *ticke
 	if (status == TW_OK && ticket->resource_id[0])
 		status = row_find_resource(store, ticket->resource_id, &resource, error);
 	if (status == TW_OK && resource)
-		status = result_write(store, resource, result, error);
+		status = result_write(store, resource, version_of(ticket), result, error);
 	if (status != TW_OK)
 		return status;
 	return job_state_end(store, run.number, result->incomplete ? JOB_INCOMPLETE : JOB_SUCCEEDED, NULL, error);

@@ -2,20 +2,25 @@
  * nobody here reads), what it was made from (uploads, other resources), what came out (a summary, arrays, artifacts),
  * and the job that makes it, whose state is the resource's state.
  *
- * Meshes, motions and fields are addressed by content: their id is a hash of their kind, their uploads' bytes and file
- * types, their options, what they need in the given order, and for a motion its name. Asking for the same again gives
- * the same resource and no work. Layouts and recordings get a random id; an idempotency key makes asking twice safe. */
+ * Meshes, motions and fields are addressed by content: their id is a hash of their tenant, their kind and its
+ * computation version, their uploads' bytes and file types, their options, what they need in the given order, and for a
+ * motion its name. Asking for the same again gives the same resource and no work, until a release computes it
+ * differently. Layouts and recordings get a random id; an idempotency key makes asking twice safe. */
 #ifndef STORAGE_RESOURCE_H
 #define STORAGE_RESOURCE_H
 
 #include "storage/job.h"
 
+/* The tenant of everybody, as long as keys have none of their own. */
+#define STORE_TENANT_DEFAULT "default"
+
 struct resource {
 	char id[STORE_ID_SIZE];
 	enum resource_kind kind;
-	char *name;    /* owned, UTF-8; "" where none was given */
-	char *options; /* owned, JSON: what was asked, in full, so that it can be computed again; NULL in a list */
-	char *summary; /* owned, JSON: what came out; NULL until the job has succeeded */
+	uint32_t version; /* the computation version that made it, or, before that, the one that asked */
+	char *name;       /* owned, UTF-8; "" where none was given */
+	char *options;    /* owned, JSON: what was asked, in full, so that it can be computed again; NULL in a list */
+	char *summary;    /* owned, JSON: what came out; NULL until the job has succeeded */
 	int64_t created_ms;
 	struct job job;
 };
@@ -33,6 +38,7 @@ void resource_page_clear(struct resource_page *page);
 /* All borrowed. */
 struct resource_draft {
 	enum resource_kind kind;
+	const char *tenant;       /* whose it is; NULL for STORE_TENANT_DEFAULT */
 	const char *name;         /* may be NULL */
 	const char *options;      /* JSON object in canonical form; NULL means {} */
 	const char *const *needs; /* ids of the resources that it is made from: mesh before motions */

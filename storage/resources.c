@@ -108,6 +108,33 @@ enum tw_status resource_needs(struct store *store, const char *id, enum resource
 	return TW_OK;
 }
 
+static enum tw_status has_outdated_need(struct store *store, const char *id, enum resource_kind kind, bool *outdated,
+					struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT 1 FROM resource r JOIN need n ON n.resource = r.number"
+					" JOIN resource m ON m.number = n.needed JOIN job j ON j.resource = m.number"
+					" WHERE r.id = ? AND m.kind = ? AND m.version <> ?"
+					" AND j.state IN " SQL_WITH_RESULT " LIMIT 1");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, kind);
+	sql_bind_int(&q, resource_kind_row(kind)->version);
+	*outdated = sql_step(&q);
+	return sql_end(&q, error);
+}
+
+/* What is not computed yet will be by this release, whoever asked for it. */
+enum tw_status resource_is_outdated(struct store *store, const struct resource *resource, bool *outdated,
+				    struct tw_error *error)
+{
+	const struct resource_kind_row *kind = resource_kind_row(resource->kind);
+	enum tw_status status = TW_OK;
+	*outdated = job_state_has_result(resource->job.state) && resource->version != kind->version;
+	for (unsigned i = 0; status == TW_OK && !*outdated && i < kind->need_count; i++)
+		if (kind->needs[i].outdates)
+			status = has_outdated_need(store, resource->id, kind->needs[i].kind, outdated, error);
+	return status;
+}
+
 /* --- creating, inside one transaction --------------------------------------------------------------------------- */
 
 static enum tw_status discard_uploads(struct store *store, const struct resource_draft *draft, struct tw_error *error)
@@ -171,13 +198,20 @@ static enum tw_status insert_needs(struct store *store, int64_t resource, const 
 	return refuse_failed_need(store, resource, error);
 }
 
+static const char *tenant_of(const struct resource_draft *draft)
+{
+	return draft->tenant ? draft->tenant : STORE_TENANT_DEFAULT;
+}
+
 static enum tw_status insert_resource(struct store *store, const char *id, const struct resource_draft *draft,
 				      int64_t *number, struct tw_error *error)
 {
-	struct sql q =
-		sql_query(store, "INSERT INTO resource(id, kind, name, options, created_ms) VALUES (?, ?, ?, ?, ?)");
+	struct sql q = sql_query(store, "INSERT INTO resource(id, tenant, kind, version, name, options, created_ms)"
+					" VALUES (?, ?, ?, ?, ?, ?, ?)");
 	sql_bind_text(&q, id);
+	sql_bind_text(&q, tenant_of(draft));
 	sql_bind_int(&q, draft->kind);
+	sql_bind_int(&q, resource_kind_row(draft->kind)->version);
 	sql_bind_text(&q, draft->name ? draft->name : "");
 	sql_bind_text(&q, draft->options ? draft->options : "{}");
 	sql_bind_int(&q, store_now_ms(store));
@@ -204,8 +238,9 @@ static enum tw_status remember_key(struct store *store, const char *id, const st
 {
 	if (!draft->idempotency_key)
 		return TW_OK;
-	struct sql q = sql_query(store, "INSERT OR IGNORE INTO idempotency(kind, key, fingerprint, resource)"
-					" SELECT ?, ?, ?, number FROM resource WHERE id = ?");
+	struct sql q = sql_query(store, "INSERT INTO idempotency(tenant, kind, key, fingerprint, resource)"
+					" SELECT ?, ?, ?, ?, number FROM resource WHERE id = ? ON CONFLICT DO NOTHING");
+	sql_bind_text(&q, tenant_of(draft));
 	sql_bind_int(&q, draft->kind);
 	sql_bind_text(&q, draft->idempotency_key);
 	sql_bind_bytes(&q, fingerprint->bytes, sizeof fingerprint->bytes);
@@ -223,8 +258,10 @@ static enum tw_status find_by_key(struct store *store, const struct resource_dra
 	if (!draft->idempotency_key)
 		return TW_OK;
 	struct sql q = sql_query(store, "SELECT r.id, i.fingerprint = ? FROM idempotency i"
-					" JOIN resource r ON r.number = i.resource WHERE i.kind = ? AND i.key = ?");
+					" JOIN resource r ON r.number = i.resource"
+					" WHERE i.tenant = ? AND i.kind = ? AND i.key = ?");
 	sql_bind_bytes(&q, fingerprint->bytes, sizeof fingerprint->bytes);
+	sql_bind_text(&q, tenant_of(draft));
 	sql_bind_int(&q, draft->kind);
 	sql_bind_text(&q, draft->idempotency_key);
 	if (sql_step(&q)) {
@@ -267,29 +304,36 @@ static enum tw_status use_again(struct store *store, const char *id, const struc
 	return job_state_redrive(store, failed, error);
 }
 
+/* The id that a draft has by its content, or a new one. */
+static void choose_id(const struct resource_draft *draft, const struct content_hash *fingerprint,
+		      char id[STORE_ID_SIZE])
+{
+	const struct resource_kind_row *kind = resource_kind_row(draft->kind);
+	if (kind->addressed)
+		id_from_bytes(id, kind->name, address_of(draft, fingerprint).bytes);
+	else
+		id_random(id, kind->name);
+}
+
 static enum tw_status create(struct store *store, const struct resource_draft *draft, char id[STORE_ID_SIZE],
 			     enum resource_outcome *outcome, struct tw_error *error)
 {
-	struct content_hash address;
-	bool found = false;
-	enum tw_status status = address_of_draft(store, draft, &address, error);
+	struct content_hash fingerprint;
+	enum tw_status status = address_fingerprint(store, draft, &fingerprint, error);
 	if (status == TW_OK)
-		status = find_by_key(store, draft, &address, id, error);
+		status = find_by_key(store, draft, &fingerprint, id, error);
 	if (status != TW_OK)
 		return status;
-	if (id[0]) {
-		found = true;
-	} else if (resource_kind_row(draft->kind)->addressed) {
-		id_from_bytes(id, resource_kind_name(draft->kind), address.bytes);
+	bool found = id[0];
+	if (!found) {
+		choose_id(draft, &fingerprint, id);
 		status = exists(store, id, &found, error);
-	} else {
-		id_random(id, resource_kind_name(draft->kind));
 	}
 	if (status != TW_OK)
 		return status;
 	*outcome = RESOURCE_CREATED;
 	status = found ? use_again(store, id, draft, outcome, error) : insert_all(store, id, draft, error);
-	return status == TW_OK ? remember_key(store, id, draft, &address, error) : status;
+	return status == TW_OK ? remember_key(store, id, draft, &fingerprint, error) : status;
 }
 
 enum tw_status resource_create(struct store *store, const struct resource_draft *draft, struct resource *resource,

@@ -21,6 +21,10 @@ enum tw_status resource_create(struct store *store, const struct resource_draft 
 enum tw_status resource_get(struct store *store, enum resource_kind kind, const char *id, struct resource *resource,
 			    struct tw_error *error) TW_NODISCARD;
 
+/* Whether today's release would compute it, or what makes it outdated, otherwise. */
+enum tw_status resource_is_outdated(struct store *store, const struct resource *resource, bool *outdated,
+				    struct tw_error *error) TW_NODISCARD;
+
 /* Newest first. Pages do not shift when resources are added while a client turns them. */
 struct resource_query {
 	enum resource_kind kind;

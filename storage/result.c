@@ -37,10 +37,12 @@ static enum tw_status write_artifact(struct store *store, int64_t resource, cons
 	return chunk_write_blob(store, resource, &blob, artifact->bytes, error);
 }
 
-static enum tw_status write_summary(struct store *store, int64_t resource, const char *summary, struct tw_error *error)
+static enum tw_status write_summary(struct store *store, int64_t resource, uint32_t version, const char *summary,
+				    struct tw_error *error)
 {
-	struct sql q = sql_query(store, "UPDATE resource SET summary = ? WHERE number = ?");
+	struct sql q = sql_query(store, "UPDATE resource SET summary = ?, version = ? WHERE number = ?");
 	sql_bind_text(&q, summary);
+	sql_bind_int(&q, version);
 	sql_bind_int(&q, resource);
 	return sql_run(&q, NULL, error);
 }
@@ -68,10 +70,10 @@ static enum tw_status drop_upload(struct store *store, int64_t resource, const c
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status result_write(struct store *store, int64_t resource, const struct job_result *result,
+enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct job_result *result,
 			    struct tw_error *error)
 {
-	enum tw_status status = write_summary(store, resource, result->summary, error);
+	enum tw_status status = write_summary(store, resource, version, result->summary, error);
 	for (size_t i = 0; status == TW_OK && i < result->array_count; i++)
 		status = write_array(store, resource, &result->arrays[i], error);
 	for (size_t i = 0; status == TW_OK && i < result->artifact_count; i++)

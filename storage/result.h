@@ -27,8 +27,8 @@ struct job_result {
 /* Bytes that its arrays and artifacts take. */
 uint64_t result_size(const struct job_result *result);
 
-/* Internal to this folder: writes it, inside the caller's transaction. */
-enum tw_status result_write(struct store *store, int64_t resource, const struct job_result *result,
+/* Internal to this folder: writes it, inside the caller's transaction. `version` is that of the computation. */
+enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct job_result *result,
 			    struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -35,6 +35,7 @@ void row_read_resource(struct sql *q, struct resource *resource)
 	memset(resource, 0, sizeof *resource);
 	sql_copy_text(q, resource->id, sizeof resource->id);
 	resource->kind = (enum resource_kind)sql_int(q);
+	resource->version = (uint32_t)sql_int(q);
 	resource->name = sql_own_text(q);
 	resource->options = sql_own_text(q);
 	resource->summary = sql_own_text(q);

@@ -10,7 +10,8 @@
 	"j.id, r.id, j.kind, j.state, j.cancel_requested, j.waiting_for, j.attempts, j.attempts_max, j.priority,"      \
 	" j.progress, j.stage, j.partial, j.worker, j.created_ms, j.started_ms, j.finished_ms, j.lease_until_ms,"      \
 	" j.change, j.failure_status, j.failure_type, j.failure_where, j.failure_text"
-#define ROW_RESOURCE_COLUMNS_BUT(options) "r.id, r.kind, r.name, " options ", r.summary, r.created_ms, " ROW_JOB_COLUMNS
+#define ROW_RESOURCE_COLUMNS_BUT(options)                                                                              \
+	"r.id, r.kind, r.version, r.name, " options ", r.summary, r.created_ms, " ROW_JOB_COLUMNS
 #define ROW_RESOURCE_COLUMNS ROW_RESOURCE_COLUMNS_BUT("r.options")
 /* A page of a thousand requests of some MiB each would not fit anywhere. */
 #define ROW_RESOURCE_LIST_COLUMNS ROW_RESOURCE_COLUMNS_BUT("NULL")

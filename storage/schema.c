@@ -1,8 +1,8 @@
 /* What the database looks like, and how an older one becomes that.
  *
  * Numbers (INTEGER PRIMARY KEY AUTOINCREMENT, so never used twice) order rows by age and are what pages and readers
- * hold; ids (TEXT) are what clients see. Enumerations are kept as the integers of the headers. Times are milliseconds.
- */
+ * hold; ids (TEXT) are what clients see. Enumerations are kept as the integers of the headers; a released migration
+ * has them as numbers, because it must go on meaning what it meant. Times are milliseconds. */
 #include "storage/schema.h"
 
 #include "storage/connection.h"
@@ -134,7 +134,81 @@ static const char rig[] = "CREATE TABLE rig("
 /* How far the hash of an unfinished upload is; see upload.c. */
 static const char upload_hash_state[] = "ALTER TABLE blob ADD COLUMN hash_state BLOB;";
 
-static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig, upload_hash_state};
+/* Who owns a resource, and which computation made it (1: that of 0.1.0); jobs without a resource, and jobs that end as
+ * incomplete. SQLite cannot change a constraint, so tables are made anew and keep their numbers. */
+static const char kinds[] =
+	"ALTER TABLE resource ADD COLUMN tenant TEXT NOT NULL DEFAULT 'default';"
+	"ALTER TABLE resource ADD COLUMN version INTEGER NOT NULL DEFAULT 1;"
+
+	"CREATE TABLE new_idempotency("
+	"	tenant TEXT NOT NULL,"
+	"	kind INTEGER NOT NULL," /* enum resource_kind */
+	"	key TEXT NOT NULL,"
+	"	fingerprint BLOB NOT NULL," /* hash of the whole request */
+	"	resource INTEGER NOT NULL REFERENCES resource ON DELETE CASCADE,"
+	"	PRIMARY KEY (tenant, kind, key)"
+	") STRICT, WITHOUT ROWID;"
+	"INSERT INTO new_idempotency SELECT 'default', kind, key, fingerprint, resource FROM idempotency;"
+	"DROP TABLE idempotency;"
+	"ALTER TABLE new_idempotency RENAME TO idempotency;"
+	"CREATE INDEX idempotency_by_resource ON idempotency(resource);"
+
+	"CREATE TABLE new_job("
+	"	number INTEGER PRIMARY KEY AUTOINCREMENT,"
+	"	id TEXT NOT NULL UNIQUE,"
+	"	resource INTEGER UNIQUE REFERENCES resource ON DELETE CASCADE,"  /* NULL: it makes none */
+	"	kind INTEGER NOT NULL,"                                          /* enum job_kind */
+	"	state INTEGER NOT NULL DEFAULT 0 CHECK (state BETWEEN 0 AND 5)," /* enum job_state */
+	"	priority INTEGER NOT NULL DEFAULT 0,"
+	"	waiting_for INTEGER NOT NULL DEFAULT 0 CHECK (waiting_for >= 0)," /* needs that have not succeeded */
+	"	attempts INTEGER NOT NULL DEFAULT 0,"
+	"	attempts_max INTEGER NOT NULL,"
+	"	fence INTEGER NOT NULL DEFAULT 0," /* grows with every claim */
+	"	not_before_ms INTEGER NOT NULL DEFAULT 0,"
+	"	lease_until_ms INTEGER NOT NULL DEFAULT 0,"
+	"	worker TEXT NOT NULL DEFAULT '',"
+	"	cancel_requested INTEGER NOT NULL DEFAULT 0,"
+	"	progress REAL NOT NULL DEFAULT 0,"
+	"	stage TEXT NOT NULL DEFAULT '',"
+	"	partial TEXT,"
+	"	failure_status INTEGER NOT NULL DEFAULT 0," /* enum tw_status */
+	"	failure_type TEXT NOT NULL DEFAULT '',"
+	"	failure_where TEXT NOT NULL DEFAULT '',"
+	"	failure_text TEXT NOT NULL DEFAULT '',"
+	"	created_ms INTEGER NOT NULL,"
+	"	started_ms INTEGER NOT NULL DEFAULT 0,"
+	"	finished_ms INTEGER NOT NULL DEFAULT 0,"
+	"	change INTEGER NOT NULL DEFAULT 0"
+	") STRICT;"
+	"INSERT INTO new_job SELECT number, id, resource, kind, state, priority, waiting_for, attempts, attempts_max,"
+	" fence, not_before_ms, lease_until_ms, worker, cancel_requested, progress, stage, partial, failure_status,"
+	" failure_type, failure_where, failure_text, created_ms, started_ms, finished_ms, change FROM job;"
+	/* The numbers of deleted jobs are not given again. */
+	"DELETE FROM sqlite_sequence WHERE name = 'new_job';"
+	"INSERT INTO sqlite_sequence(name, seq) SELECT 'new_job', seq FROM sqlite_sequence WHERE name = 'job';"
+	"DROP TABLE job;"
+	"ALTER TABLE new_job RENAME TO job;"
+	"CREATE INDEX job_claimable ON job(priority DESC, number) WHERE state = 0 AND waiting_for = 0;"
+	"CREATE INDEX job_leased ON job(lease_until_ms) WHERE state = 1;"
+	"CREATE INDEX job_by_state ON job(state);"
+	"CREATE UNIQUE INDEX job_by_change ON job(change);"
+	"CREATE TRIGGER job_added AFTER INSERT ON job BEGIN"
+	"	UPDATE change SET value = value + 1;"
+	"	UPDATE job SET change = (SELECT value FROM change) WHERE number = NEW.number;"
+	" END;"
+	"CREATE TRIGGER job_changed AFTER UPDATE OF state, cancel_requested, progress, stage, partial ON job"
+	" WHEN OLD.state <> NEW.state OR OLD.cancel_requested <> NEW.cancel_requested OR OLD.progress <> NEW.progress"
+	"   OR OLD.stage <> NEW.stage OR OLD.partial IS NOT NEW.partial BEGIN"
+	"	UPDATE change SET value = value + 1;"
+	"	UPDATE job SET change = (SELECT value FROM change) WHERE number = NEW.number;"
+	" END;"
+
+	/* The options of a field are kept as they count; 0.1.0 kept those that the preset had yet to change. */
+	"UPDATE resource SET options = replace(replace(options, '\"energy\":\"stvk\"', '\"energy\":\"printed\"'),"
+	" '\"overhang\":\"charge\"', '\"overhang\":\"ignore\"')"
+	" WHERE kind = 2 AND instr(options, '\"preset\":\"paper\"') > 0;";
+
+static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig, upload_hash_state, kinds};
 
 static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)
 {

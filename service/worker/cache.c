@@ -117,12 +117,14 @@ enum tw_status cache_read_options(const struct option_table *table, void *values
 }
 
 static enum tw_status read_resource_options(struct store *store, enum resource_kind kind, const char *id,
-					    const struct option_table *table, void *values, struct tw_error *error)
+					    const struct option_table *table, void *values, uint32_t *version,
+					    struct tw_error *error)
 {
 	struct resource resource;
 	enum tw_status status = resource_get(store, kind, id, &resource, error);
 	if (status != TW_OK)
 		return status;
+	*version = resource.version;
 	status = cache_read_options(table, values, resource.options, error);
 	resource_clear(&resource);
 	return status;
@@ -136,8 +138,8 @@ static enum tw_status load_mesh(struct cache *cache, struct store *store, const 
 	cache->mesh_arena = arena_new(0);
 	if (!cache->mesh_arena)
 		return tw_fail_memory(error);
-	enum tw_status status =
-		read_resource_options(store, RESOURCE_MESH, id, &import_option_table, &mesh->options, error);
+	enum tw_status status = read_resource_options(store, RESOURCE_MESH, id, &import_option_table, &mesh->options,
+						      &mesh->version, error);
 	if (status == TW_OK)
 		status = cache_read_arrays(cache->mesh_arena, store, id, &arrays, &count, error);
 	if (status == TW_OK)
@@ -170,7 +172,8 @@ static enum tw_status load_field(struct cache *cache, struct store *store, const
 	cache->field_arena = arena_new(0);
 	if (!cache->field_arena)
 		return tw_fail_memory(error);
-	enum tw_status status = read_resource_options(store, RESOURCE_FIELD, id, &field_option_table, &options, error);
+	enum tw_status status = read_resource_options(store, RESOURCE_FIELD, id, &field_option_table, &options,
+						      &cache->field.version, error);
 	if (status == TW_OK)
 		status = cache_read_arrays(cache->field_arena, store, id, &arrays, &count, error);
 	if (status == TW_OK)

@@ -12,6 +12,7 @@ struct cache;
 
 struct cached_mesh {
 	char id[STORE_ID_SIZE];
+	uint32_t version; /* of the computation that made it */
 	struct import_options options;
 	struct garment garment;
 	struct topology topology;
@@ -19,6 +20,7 @@ struct cached_mesh {
 
 struct cached_field {
 	char id[STORE_ID_SIZE];
+	uint32_t version; /* of the computation that made it */
 	struct field field;
 };
 

@@ -15,7 +15,8 @@ static enum tw_status add_motion(struct work *work, const struct cached_mesh *me
 	struct arena_mark mark = arena_mark(work->arena);
 	enum tw_status status = work_step(work, share_from, "strain", error);
 	if (status == TW_OK)
-		status = motion_mean(work, mesh, motion_id, options, share_from, share_to, &mean, error);
+		status = motion_mean(work, mesh, motion_id, options, resource_kind_row(RESOURCE_FIELD)->version,
+				     share_from, share_to, &mean, error);
 	if (status == TW_OK)
 		strain_raise(density, mean, mesh->garment.face_count);
 	arena_release(work->arena, mark);

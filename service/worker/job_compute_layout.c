@@ -51,8 +51,9 @@ static enum tw_status read_mean(void *context, uint32_t motion, double *density,
 	struct arena *arena = layout->work->arena;
 	struct arena_mark mark = arena_mark(arena);
 	double *mean = NULL;
-	enum tw_status status = motion_mean(layout->work, layout->mesh, layout->motion_ids[motion],
-					    &layout->field->field.options, 0.9, 0.9, &mean, error);
+	enum tw_status status =
+		motion_mean(layout->work, layout->mesh, layout->motion_ids[motion], &layout->field->field.options,
+			    layout->field->version, 0.9, 0.9, &mean, error);
 	if (status == TW_OK)
 		memcpy(density, mean, layout->mesh->garment.face_count * sizeof *density);
 	arena_release(arena, mark);

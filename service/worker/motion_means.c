@@ -48,17 +48,59 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 	return status;
 }
 
+/* Whether what a motion keeps is what this release would keep. */
+static enum tw_status means_are_of_today(struct work *work, const char *motion_id, bool *yes, struct tw_error *error)
+{
+	struct resource motion = {0};
+	enum tw_status status = resource_get(work->store, RESOURCE_MOTION, motion_id, &motion, error);
+	*yes = motion.version == resource_kind_row(RESOURCE_MOTION)->version;
+	resource_clear(&motion);
+	return status;
+}
+
+static enum tw_status refuse_outdated(struct work *work, const char *motion_id, struct tw_error *error)
+{
+	bool has_frames = false;
+	enum tw_status status = motion_has_frames(work->store, motion_id, &has_frames, error);
+	if (status == TW_OK && !has_frames)
+		status = tw_fail(error, TW_ERROR_INPUT, "motion-outdated", NULL,
+				 "an earlier release read the motion %s, this one measures its strain differently, and "
+				 "no frames of it were kept; send the motion again",
+				 motion_id);
+	return status;
+}
+
+/* As the import makes them: no option of a field but the reference changes a mean. */
+static enum tw_status means_against_pattern(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
+					    double share_from, double share_to, double *mean[STRAIN_MODELS],
+					    struct tw_error *error)
+{
+	struct field_options usual;
+	struct motion_info info;
+	option_defaults(&field_option_table, &usual);
+	enum tw_status status = refuse_outdated(work, motion_id, error);
+	if (status != TW_OK)
+		return status;
+	return motion_means(work, mesh, motion_id, &usual, share_from, share_to, mean, &info, NULL, error);
+}
+
 enum tw_status motion_mean(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
-			   const struct field_options *options, double share_from, double share_to, double **mean,
-			   struct tw_error *error)
+			   const struct field_options *options, uint32_t field_version, double share_from,
+			   double share_to, double **mean, struct tw_error *error)
 {
 	double *means[STRAIN_MODELS];
 	struct motion_info info;
-	if (options->reference == FIELD_REFERENCE_PATTERN)
+	bool usable = true, over_pattern = options->reference == FIELD_REFERENCE_PATTERN;
+	enum tw_status status = TW_OK;
+	if (over_pattern && field_version == resource_kind_row(RESOURCE_FIELD)->version)
+		status = means_are_of_today(work, motion_id, &usable, error);
+	if (status == TW_OK && over_pattern && usable)
 		return cache_read_doubles(work->arena, work->store, motion_id, motion_mean_names[options->energy],
 					  mesh->garment.face_count, mean, error);
-	enum tw_status status =
-		motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info, NULL, error);
+	if (status == TW_OK)
+		status = over_pattern ? means_against_pattern(work, mesh, motion_id, share_from, share_to, means, error)
+				      : motion_means(work, mesh, motion_id, options, share_from, share_to, means, &info,
+						     NULL, error);
 	if (status == TW_OK)
 		*mean = means[options->energy];
 	return status;

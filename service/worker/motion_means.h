@@ -16,10 +16,12 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 			    double *mean[STRAIN_MODELS], struct motion_info *info, double *size,
 			    struct tw_error *error) TW_NODISCARD;
 
-/* The mean of the options' energy model alone: what the motion keeps, or, against another reference than the pattern,
- * from its frames anew. [face_count] in the work's arena. */
+/* The mean of the options' energy model alone, for a field of the computation version `field_version`: what the motion
+ * keeps; from its frames anew where the reference is not the pattern, or where an older release made what it keeps but
+ * the field is of today. [face_count] in the work's arena. TW_ERROR_INPUT "motion-outdated" where that would need
+ * frames that were not kept. */
 enum tw_status motion_mean(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
-			   const struct field_options *options, double share_from, double share_to, double **mean,
-			   struct tw_error *error) TW_NODISCARD;
+			   const struct field_options *options, uint32_t field_version, double share_from,
+			   double share_to, double **mean, struct tw_error *error) TW_NODISCARD;
 
 #endif
