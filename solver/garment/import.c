@@ -34,13 +34,6 @@ static enum mesh_format format_of(const struct garment_source *source, struct te
 	return ply_is(file) ? MESH_PLY : off_is(file) ? MESH_OFF : stl_is(file) ? MESH_STL : MESH_OBJ;
 }
 
-/* The byte order mark that some tools put before a text. */
-static void skip_mark(struct text *file)
-{
-	if (file->end - file->at >= 3 && memcmp(file->at, "\xef\xbb\xbf", 3) == 0)
-		file->at += 3;
-}
-
 static enum tw_status read_soup(struct soup *soup, struct arena *arena, const struct garment_source *source,
 				enum mesh_format *format, struct garment_report *report, struct tw_error *error)
 {
@@ -48,8 +41,6 @@ static enum tw_status read_soup(struct soup *soup, struct arena *arena, const st
 	*format = format_of(source, file);
 	if (source->size == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "mesh-empty", NULL, "the file is empty");
-	if (*format == MESH_OBJ || *format == MESH_OFF)
-		skip_mark(&file);
 	switch (*format) {
 	case MESH_PLY:
 		return ply_read(soup, arena, file, error);

@@ -44,6 +44,27 @@ static enum keyword keyword_of(const struct text *word)
 	return LINE_OTHER;
 }
 
+static bool is_name(enum keyword keyword)
+{
+	return keyword == LINE_GROUP || keyword == LINE_OBJECT || keyword == LINE_MATERIAL;
+}
+
+bool obj_next_line(struct text *text, struct text *line, uint32_t *lines)
+{
+	struct text rest, word;
+	if (!text_next_line(text, line, lines))
+		return false;
+	rest = *line;
+	/* A name may end in a backslash, or in a letter of Shift-JIS or Big5 whose second byte is one; so may a
+	 * comment. */
+	if (line->end == line->at || line->end[-1] != '\\' || !text_next_word(&rest, &word) ||
+	    is_name(keyword_of(&word)) || text_equals(&word, "mtllib"))
+		return true;
+	while (text_join_line(text, line, lines))
+		;
+	return true;
+}
+
 static enum label_kind label_of(enum keyword keyword)
 {
 	return keyword == LINE_GROUP ? LABEL_GROUP : keyword == LINE_MATERIAL ? LABEL_MATERIAL : LABEL_OBJECT;
@@ -54,7 +75,7 @@ static enum tw_status count_lines(struct obj *obj)
 	struct soup *soup = obj->soup;
 	struct text text = obj->text, line, word;
 	uint64_t vertices = 0, coords = 0, polygons = 0, corners = 0;
-	for (uint32_t number = 0; text_next_line(&text, &line, &number);) {
+	for (uint32_t number = 0; obj_next_line(&text, &line, &number);) {
 		if (memchr(line.at, '\0', (size_t)(line.end - line.at)))
 			return fail_at_line(obj->error, "mesh-not-text", number,
 					    "there is a zero byte in the file: it is damaged or not an OBJ file");
@@ -65,7 +86,7 @@ static enum tw_status count_lines(struct obj *obj)
 			vertices++;
 		else if (keyword == LINE_COORD)
 			coords++;
-		else if (keyword == LINE_GROUP || keyword == LINE_OBJECT || keyword == LINE_MATERIAL)
+		else if (is_name(keyword))
 			obj->label_limit[label_of(keyword)]++;
 		else if (keyword == LINE_OTHER)
 			report_warn(obj->report, "lines-ignored", "line", number,
@@ -159,14 +180,14 @@ static bool take_slash(struct text *word)
 	return slash;
 }
 
-/* What stands behind the second slash must still be an index, though normals are not used. */
+/* What stands behind the second slash must be an index or nothing, though normals are not used. */
 static bool is_normal_index(struct text word)
 {
 	int64_t ignored = 0;
-	return text_take_integer(&word, &ignored) && word.at == word.end;
+	return word.at == word.end || (text_take_integer(&word, &ignored) && word.at == word.end);
 }
 
-/* One of v, v/vt, v//vn and v/vt/vn. */
+/* One of v, v/vt, v//vn and v/vt/vn; slashes with nothing behind them (v//, v/vt/) say nothing. */
 static enum tw_status read_corner(struct obj *obj, struct text word)
 {
 	struct soup *soup = obj->soup;
@@ -176,7 +197,7 @@ static enum tw_status read_corner(struct obj *obj, struct text word)
 	if (status != TW_OK)
 		return status;
 	if (take_slash(&word)) {
-		has_coord = word.at == word.end || *word.at != '/';
+		has_coord = word.at < word.end && *word.at != '/';
 		if (has_coord)
 			status = read_index(obj, &word, "texture coordinate", obj->coord, soup->coord_count,
 					    &soup->corner_coord[obj->corner]);
@@ -298,7 +319,7 @@ static enum tw_status fill(struct obj *obj, struct arena *arena)
 {
 	struct soup *soup = obj->soup;
 	struct text line;
-	for (uint32_t number = 0; text_next_line(&obj->text, &line, &number);) {
+	for (uint32_t number = 0; obj_next_line(&obj->text, &line, &number);) {
 		obj->line = number;
 		enum tw_status status = read_line(obj, line);
 		if (status != TW_OK)
@@ -326,6 +347,7 @@ enum tw_status obj_parse(struct soup *soup, struct arena *arena, struct text fil
 			 struct tw_error *error)
 {
 	*soup = (struct soup){0};
+	text_skip_mark(&file);
 	struct obj obj = {.soup = soup, .text = file, .report = report, .error = error};
 	enum tw_status status = count_lines(&obj);
 	if (status == TW_OK)

@@ -3,8 +3,6 @@
 #include "solver/garment/openmesh.h"
 #include "solver/garment/soup.h"
 
-#include <string.h>
-
 struct off {
 	struct text text;
 	uint32_t line;
@@ -15,7 +13,8 @@ struct off {
 
 bool off_is(struct text file)
 {
-	return file.end - file.at >= 3 && memcmp(file.at, "OFF", 3) == 0;
+	struct text word;
+	return text_first_word(file, &word) && text_equals(&word, "off");
 }
 
 bool off_line_counts(struct text line)
@@ -44,7 +43,7 @@ static enum tw_status read_counts(struct off *off)
 {
 	struct text line, word;
 	int64_t counts[3] = {0};
-	if (!next_line(off, &line) || !text_next_word(&line, &word) || !text_equals(&word, "OFF") ||
+	if (!next_line(off, &line) || !text_next_word(&line, &word) || !text_equals(&word, "off") ||
 	    text_next_word(&line, &word))
 		return tw_fail(off->error, TW_ERROR_UNSUPPORTED, "mesh-bad-header", "line 1",
 			       "only plain ASCII OFF is read: a first line `OFF`, then `vertices faces edges`");
@@ -165,6 +164,7 @@ static enum tw_status read_faces(struct off *off)
 enum tw_status off_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error)
 {
 	*soup = (struct soup){0};
+	text_skip_mark(&file);
 	struct off off = {.text = file, .soup = soup, .error = error};
 	enum tw_status status = read_counts(&off);
 	if (status == TW_OK)

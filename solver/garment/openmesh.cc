@@ -9,7 +9,7 @@
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 
-#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <istream>
@@ -183,28 +183,29 @@ class MemoryBuffer : public std::streambuf
 	}
 };
 
-// The lines of a text that count, without comments, joined lines as one. The reader of OBJ never meets an `mtllib`,
-// which would make it open a file that the upload names. Seeks to the start only, which is what the readers do.
+// The lines of a text that count, as a plain file would have them: without comments, joined lines as one, keywords in
+// the case that the readers know, no slashes with nothing behind them. The reader of OBJ never meets an `mtllib`, which
+// would make it open a file that the upload names. Seeks to the start only, which is what the readers do.
 class LineBuffer : public std::streambuf
 {
       public:
-	LineBuffer(struct text file, bool (*counts)(struct text)) : whole(file), rest(file), line_counts(counts)
+	LineBuffer(struct text file, enum mesh_format of) : whole(file), rest(file), format(of)
 	{
+		text_skip_mark(&whole);
+		rest = whole;
 	}
 
       protected:
 	int_type underflow() override
 	{
 		struct text line;
-		for (uint32_t number = 0; text_next_line(&rest, &line, &number); number = 0) {
-			if (!line_counts(line))
+		uint32_t number = 0;
+		while (next_line(line, number)) {
+			if (!(format == MESH_OBJ ? obj_line_is_geometry(line) : off_line_counts(line)))
 				continue;
-			joined.assign(line.at, line.end);
-			if (number > 1) {
-				for (char &c : joined)
-					c = c == '\n' || c == '\r' || c == '\\' ? ' ' : c;
-			}
-			joined.resize(std::min(joined.size(), joined.find('#'))); // a comment
+			joined.clear();
+			for (struct text word; text_next_word(&line, &word);)
+				add_word(word);
 			joined.push_back('\n');
 			setg(joined.data(), joined.data(), joined.data() + joined.size());
 			return traits_type::to_int_type(joined[0]);
@@ -225,8 +226,25 @@ class LineBuffer : public std::streambuf
 	}
 
       private:
+	bool next_line(struct text &line, uint32_t &number)
+	{
+		return format == MESH_OBJ ? obj_next_line(&rest, &line, &number)
+					  : text_next_line(&rest, &line, &number);
+	}
+	void add_word(struct text word)
+	{
+		if (!joined.empty())
+			joined.push_back(' ');
+		while (format == MESH_OBJ && word.end > word.at && word.end[-1] == '/')
+			word.end--;
+		for (const char *c = word.at; c < word.end; c++)
+			joined.push_back(static_cast<char>(format == MESH_OFF
+								   ? std::toupper(static_cast<unsigned char>(*c))
+								   : std::tolower(static_cast<unsigned char>(*c))));
+	}
+
 	struct text whole, rest;
-	bool (*line_counts)(struct text);
+	enum mesh_format format;
 	std::string joined;
 };
 
@@ -253,8 +271,8 @@ enum tw_status compare(const struct soup *soup, struct text file, enum mesh_form
 {
 	Witness witness(*soup);
 	MemoryBuffer bytes(file);
-	LineBuffer lines(file, format == MESH_OFF ? off_line_counts : obj_line_is_geometry);
-	std::streambuf &buffer = format == MESH_STL ? static_cast<std::streambuf &>(bytes) : lines;
+	LineBuffer lines(file, format);
+	std::streambuf &buffer = binary ? static_cast<std::streambuf &>(bytes) : lines;
 	if (run_reader(format, binary, buffer, witness) && witness.agrees())
 		return TW_OK;
 	const uint32_t face = witness.first_difference;

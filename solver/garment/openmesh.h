@@ -15,8 +15,12 @@
 enum tw_status openmesh_agrees(const struct soup *soup, struct text file, enum mesh_format format, bool binary,
 			       struct tw_error *error) TW_NODISCARD;
 
-/* The lines that OpenMesh gets to see: of an OBJ v, vt and f (obj.c); of an OFF what is neither empty nor a comment
- * (off.c). */
+/* The next line of an OBJ, with those that are joined to it: the first word of data says whether a backslash at the end
+ * joins, names end with their line. *lines grows by the lines taken. */
+bool obj_next_line(struct text *text, struct text *line, uint32_t *lines);
+
+/* The lines that OpenMesh gets to see: of an OBJ v, vt and f (obj.c); of an OFF and an STL what is neither empty nor a
+ * comment (off.c). */
 bool obj_line_is_geometry(struct text line);
 bool off_line_counts(struct text line);
 

@@ -2,7 +2,9 @@
  *
  * The header is read in full; then every vertex and face is read, so that no count of the header is believed that the
  * bytes do not bear out. Accepted: element vertex with scalars, among them x y z (and, as the flat pattern, s t or u
- * v); element face with one list vertex_indices and scalars; further elements behind the faces are not looked at.
+ * v); element face with a list vertex_indices and anything else, among it, as the flat pattern, a list texcoord with
+ * two numbers for each corner, which goes before what the vertices say; further elements behind the faces are not
+ * looked at.
  *
  * OpenMesh is not asked: its reader does not advance over binary doubles and 16-bit indexes, and takes what follows for
  * them. */
@@ -22,13 +24,14 @@ enum scalar {
 	SCALAR_FLOAT,
 	SCALAR_DOUBLE
 };
-enum { PROPERTY_LIMIT = 64, USE_COORD = 3, USE_NONE = 5 };
+enum { PROPERTY_LIMIT = 64, USE_COORD = 3, USE_NONE = 5, USE_INDICES, USE_WEDGE };
 
 struct property {
 	enum scalar type;
 	enum scalar count_type; /* of a list */
 	bool is_list;
-	int use; /* what it is: an axis 0…2, a pattern axis USE_COORD + 0…1, or USE_NONE */
+	int use; /* of a vertex: an axis 0…2, a pattern axis USE_COORD + 0…1, or USE_NONE; of a face: USE_INDICES,
+		    USE_WEDGE or USE_NONE */
 };
 
 struct element {
@@ -44,16 +47,19 @@ struct ply {
 	struct element *open; /* the element whose properties come */
 	uint32_t line;
 	bool has[USE_NONE]; /* x y z, and the two of the pattern */
-	bool has_list;
-	enum scalar index_type; /* of vertex_indices */
-	bool has_other;         /* an element that is neither */
+	bool has_list, has_wedge;
+	enum scalar index_type, wedge_type; /* of vertex_indices and texcoord */
+	double wedge[2 * POLYGON_CORNERS];  /* of the face in hand */
+	uint32_t wedge_count;
+	bool has_other; /* an element that is neither */
 	struct soup *soup;
 	struct tw_error *error;
 };
 
 bool ply_is(struct text file)
 {
-	return file.end - file.at >= 4 && memcmp(file.at, "ply", 3) == 0 && (file.at[3] == '\n' || file.at[3] == '\r');
+	struct text word;
+	return text_first_word(file, &word) && text_equals(&word, "ply");
 }
 
 static enum tw_status bad_header(const struct ply *ply, const char *what)
@@ -125,6 +131,24 @@ static enum tw_status read_element(struct ply *ply, struct text line)
 	return TW_OK;
 }
 
+static enum tw_status note_face_property(struct ply *ply, struct property *property, const struct text *name)
+{
+	bool indices = text_equals(name, "vertex_indices") || text_equals(name, "vertex_index");
+	bool wedge = property->is_list && text_equals(name, "texcoord");
+	property->use = indices ? USE_INDICES : wedge ? USE_WEDGE : USE_NONE;
+	if (property->is_list && property->count_type >= SCALAR_FLOAT)
+		return bad_header(ply, "the length of a list must be an integer");
+	if (indices && (!property->is_list || property->type >= SCALAR_FLOAT))
+		return bad_header(ply, "vertex_indices must be a list of integers");
+	if ((indices && ply->has_list) || (wedge && ply->has_wedge))
+		return bad_header(ply, "a list of the faces is named twice");
+	ply->has_list |= indices;
+	ply->has_wedge |= wedge;
+	ply->index_type = indices ? property->type : ply->index_type;
+	ply->wedge_type = wedge ? property->type : ply->wedge_type;
+	return TW_OK;
+}
+
 /* What the property means: its name decides. */
 static enum tw_status note_property(struct ply *ply, struct property *property, const struct text *name)
 {
@@ -142,18 +166,8 @@ static enum tw_status note_property(struct ply *ply, struct property *property, 
 		{"texture_u", USE_COORD},
 		{"texture_v", USE_COORD + 1},
 	};
-	if (ply->open == &ply->face) {
-		bool indices = text_equals(name, "vertex_indices") || text_equals(name, "vertex_index");
-		if (property->is_list != indices || (indices && ply->has_list))
-			return bad_header(
-				ply, "a face may have one list, vertex_indices, beside plain numbers; export without "
-				     "further lists");
-		ply->has_list |= indices;
-		ply->index_type = indices ? property->type : ply->index_type;
-		return indices && (property->type >= SCALAR_FLOAT || property->count_type >= SCALAR_FLOAT)
-			       ? bad_header(ply, "vertex_indices must be integers")
-			       : TW_OK;
-	}
+	if (ply->open == &ply->face)
+		return note_face_property(ply, property, name);
 	if (property->is_list)
 		return bad_header(ply, "a vertex may have no lists");
 	property->use = USE_NONE;
@@ -189,8 +203,17 @@ static enum tw_status read_property(struct ply *ply, struct text line)
 	return note_property(ply, property, &word);
 }
 
+/* Where lines end in a carriage return alone, a line feed behind the header's last one is the body's first byte. */
+static void text_end_header(struct ply *ply, struct text header)
+{
+	const char *first = memchr(header.at, '\r', (size_t)(ply->text.at - header.at));
+	if (ply->encoding != ENCODING_ASCII && first && first[1] != '\n' && ply->text.at[-1] == '\n')
+		ply->text.at--;
+}
+
 static enum tw_status read_header(struct ply *ply)
 {
+	const struct text header = ply->text;
 	struct text line, word;
 	bool has_format = false;
 	while (text_next_line(&ply->text, &line, &ply->line)) {
@@ -198,6 +221,7 @@ static enum tw_status read_header(struct ply *ply)
 		if (!text_next_word(&line, &word) || text_equals(&word, "comment") || text_equals(&word, "obj_info"))
 			continue;
 		if (text_equals(&word, "end_header")) {
+			text_end_header(ply, header);
 			if (!has_format || !ply->has[0] || !ply->has[1] || !ply->has[2] || !ply->has_list)
 				return bad_header(ply,
 						  "the header lacks the format, vertices with x y z, or faces with "
@@ -292,10 +316,50 @@ static enum tw_status read_vertices(struct ply *ply)
 					       "has a coordinate that is not a finite number");
 			if (property->use < USE_COORD)
 				soup->position[3 * v + (uint64_t)property->use] = number;
-			else if (property->use < USE_NONE && soup->coord)
+			else if (property->use < USE_NONE && soup->coord && !ply->has_wedge)
 				soup->coord[2 * v + (uint64_t)property->use - USE_COORD] = number;
 		}
 	}
+	return TW_OK;
+}
+
+/* A list that says nothing about the garment is read over. */
+static enum tw_status read_other_list(struct ply *ply, const struct property *property, uint64_t face)
+{
+	double count = 0, number = 0;
+	if (!next_number(ply, property->count_type, &count))
+		return fail_at(ply, "mesh-truncated", "face", face, "is missing: the file ends before it");
+	if (!(count >= 0) || count != floor(count))
+		return fail_at(ply, "mesh-bad-face", "face", face, "has a list whose length is no whole number");
+	if (property->use == USE_WEDGE)
+		ply->wedge_count = 0;
+	for (double i = 0; i < count; i++) {
+		if (!next_number(ply, property->type, &number))
+			return fail_at(ply, "mesh-truncated", "face", face, "is cut off: the file ends within it");
+		if (property->use != USE_WEDGE)
+			continue;
+		if (!isfinite(number))
+			return fail_at(ply, "mesh-not-a-number", "face", face,
+				       "has a texture coordinate that is not a finite number");
+		if (ply->wedge_count < 2 * POLYGON_CORNERS)
+			ply->wedge[ply->wedge_count] = number;
+		ply->wedge_count += ply->wedge_count <= 2 * POLYGON_CORNERS;
+	}
+	return TW_OK;
+}
+
+/* The texture coordinates of the face's corners become pattern positions, one for each. */
+static enum tw_status take_wedge(struct ply *ply, uint64_t face)
+{
+	struct soup *soup = ply->soup;
+	uint32_t first = soup->polygon_start[face], corners = soup->corner_count - first;
+	if (ply->wedge_count != 2 * corners)
+		return fail_at(ply, "mesh-mixed-coords", "face", face,
+			       "has another number of texture coordinates than two for each corner");
+	memcpy(soup->coord + 2 * (size_t)first, ply->wedge, 2 * corners * sizeof *ply->wedge);
+	for (uint32_t i = first; i < first + corners; i++)
+		soup->corner_coord[i] = i;
+	soup->coord_count = soup->corner_count;
 	return TW_OK;
 }
 
@@ -327,8 +391,10 @@ static enum tw_status read_faces(struct ply *ply, uint64_t capacity)
 			const struct property *property = &ply->face.property[i];
 			double ignored = 0;
 			enum tw_status status = TW_OK;
-			if (property->is_list)
+			if (property->use == USE_INDICES)
 				status = read_list(ply, property, f, capacity);
+			else if (property->is_list)
+				status = read_other_list(ply, property, f);
 			else if (!next_number(ply, property->type, &ignored))
 				status = fail_at(ply, "mesh-truncated", "face", f,
 						 "is cut off: the file ends within it");
@@ -339,6 +405,9 @@ static enum tw_status read_faces(struct ply *ply, uint64_t capacity)
 				return status;
 		}
 		ply->soup->polygon_start[f + 1] = ply->soup->corner_count;
+		enum tw_status status = ply->has_wedge ? take_wedge(ply, f) : TW_OK;
+		if (status != TW_OK)
+			return status;
 	}
 	struct text word;
 	if (!ply->has_other && text_next_word(&ply->text, &word))
@@ -348,17 +417,15 @@ static enum tw_status read_faces(struct ply *ply, uint64_t capacity)
 	return TW_OK;
 }
 
-/* Bytes of a vertex or face at least: in ASCII every number has a digit and a blank. */
+/* Bytes of a vertex or face at least: in ASCII every number has a digit. */
 static uint64_t least_bytes(const struct ply *ply, const struct element *element)
 {
 	uint64_t bytes = 0;
 	for (uint32_t i = 0; i < element->property_count; i++) {
 		const struct property *property = &element->property[i];
-		if (ply->encoding == ENCODING_ASCII)
-			bytes += property->is_list ? 7 : 1;
-		else
-			bytes += property->is_list ? scalar_size(property->count_type) + 3 * scalar_size(property->type)
-						   : scalar_size(property->type);
+		uint64_t number = ply->encoding == ENCODING_ASCII ? 1 : scalar_size(property->type);
+		uint64_t length = ply->encoding == ENCODING_ASCII ? 1 : scalar_size(property->count_type);
+		bytes += !property->is_list ? number : property->use == USE_INDICES ? length + 3 * number : length;
 	}
 	return bytes;
 }
@@ -375,7 +442,11 @@ static enum tw_status allocate(struct ply *ply, struct arena *arena, uint64_t *c
 			       "the header claims %llu vertices and %llu faces, at least %llu bytes; %llu follow",
 			       (unsigned long long)ply->vertex.count, (unsigned long long)ply->face.count,
 			       (unsigned long long)needed, (unsigned long long)left);
-	uint64_t corner_bytes = ply->encoding == ENCODING_ASCII ? 2 : scalar_size(ply->index_type);
+	/* In ASCII a number has a digit and a blank. */
+	bool ascii = ply->encoding == ENCODING_ASCII;
+	uint64_t corner_bytes = ascii ? 2 : scalar_size(ply->index_type);
+	if (ply->has_wedge)
+		corner_bytes += 2 * (ascii ? 2 : scalar_size(ply->wedge_type));
 	*corners = left / corner_bytes + 1;
 	if (*corners > ply->face.count * POLYGON_CORNERS)
 		*corners = ply->face.count * POLYGON_CORNERS;
@@ -384,13 +455,17 @@ static enum tw_status allocate(struct ply *ply, struct arena *arena, uint64_t *c
 	soup->position = ARENA_ARRAY(arena, 3 * ply->vertex.count, double);
 	soup->polygon_start = ARENA_ZEROED(arena, ply->face.count + 1, uint32_t);
 	soup->corner_vertex = ARENA_ARRAY(arena, *corners, uint32_t);
-	bool has_coords = ply->has[USE_COORD] && ply->has[USE_COORD + 1];
-	if (has_coords) {
+	bool has_coords = ply->has_wedge || (ply->has[USE_COORD] && ply->has[USE_COORD + 1]);
+	if (ply->has_wedge) {
+		soup->coord = ARENA_ARRAY(arena, 2 * *corners, double);
+		soup->corner_coord = ARENA_ARRAY(arena, *corners, uint32_t);
+	} else if (has_coords) {
 		soup->coord_count = soup->vertex_count;
 		soup->coord = ARENA_ARRAY(arena, 2 * ply->vertex.count, double);
 		soup->corner_coord = soup->corner_vertex;
 	}
-	if (!soup->position || !soup->polygon_start || !soup->corner_vertex || (has_coords && !soup->coord))
+	if (!soup->position || !soup->polygon_start || !soup->corner_vertex ||
+	    (has_coords && (!soup->coord || !soup->corner_coord)))
 		return tw_fail_memory(ply->error);
 	return TW_OK;
 }
@@ -398,6 +473,7 @@ static enum tw_status allocate(struct ply *ply, struct arena *arena, uint64_t *c
 enum tw_status ply_read(struct soup *soup, struct arena *arena, struct text file, struct tw_error *error)
 {
 	*soup = (struct soup){0};
+	text_skip_mark(&file);
 	struct ply ply = {.text = file, .soup = soup, .error = error};
 	uint64_t corners = 0;
 	if (!ply_is(file))

@@ -12,7 +12,8 @@ enum { HEADER_BYTES = 84, TRIANGLE_BYTES = 50 };
 
 static bool starts_with_solid(struct text file)
 {
-	return file.end - file.at >= 5 && memcmp(file.at, "solid", 5) == 0;
+	struct text word;
+	return text_first_word(file, &word) && text_equals(&word, "solid");
 }
 
 static uint32_t claimed_triangles(struct text file)
@@ -103,6 +104,7 @@ static enum tw_status read_text(struct text file, uint32_t limit, float *corner,
 	struct text line, word;
 	uint32_t number = 0;
 	int state = 0;
+	text_skip_mark(&file);
 	*triangles = 0;
 	while (text_next_line(&file, &line, &number)) {
 		if (!text_next_word(&line, &word))

@@ -16,19 +16,32 @@ static bool is_digit(char c)
 	return c >= '0' && c <= '9';
 }
 
-/* Whether the line that ends before `end` goes on behind it. */
-static bool is_continued(const char *start, const char *end)
+void text_skip_mark(struct text *text)
 {
-	if (end > start && end[-1] == '\r')
-		end--;
-	return end > start && end[-1] == '\\';
+	if (text->end - text->at >= 3 && memcmp(text->at, "\xef\xbb\xbf", 3) == 0)
+		text->at += 3;
 }
 
-static bool is_comment(const char *at, const char *end)
+bool text_is_utf16(const struct text *text)
 {
-	while (at < end && is_blank(*at))
-		at++;
-	return at < end && *at == '#';
+	return text->end - text->at >= 2 &&
+	       (memcmp(text->at, "\xff\xfe", 2) == 0 || memcmp(text->at, "\xfe\xff", 2) == 0);
+}
+
+/* The first line feed or carriage return, or the end. In short stretches, so that a file that has but one of the two is
+ * not searched to its end for the other at every line. */
+static const char *line_end(const char *at, const char *end)
+{
+	enum { STRETCH = 256 };
+	while (at < end) {
+		size_t size = end - at < STRETCH ? (size_t)(end - at) : STRETCH;
+		const char *feed = memchr(at, '\n', size);
+		const char *carriage = memchr(at, '\r', feed ? (size_t)(feed - at) : size);
+		if (feed || carriage)
+			return carriage ? carriage : feed;
+		at += size;
+	}
+	return end;
 }
 
 bool text_next_line(struct text *text, struct text *line, uint32_t *lines)
@@ -36,21 +49,26 @@ bool text_next_line(struct text *text, struct text *line, uint32_t *lines)
 	if (text->at == text->end)
 		return false;
 	line->at = text->at;
-	for (;;) {
-		const char *newline = memchr(text->at, '\n', (size_t)(text->end - text->at));
-		line->end = newline ? newline : text->end;
-		bool continued = newline && is_continued(text->at, newline) && !is_comment(line->at, newline);
-		text->at = newline ? newline + 1 : text->end;
-		++*lines;
-		if (!continued || text->at == text->end)
-			return true;
-	}
+	line->end = text->at = line_end(text->at, text->end);
+	text->at += text->at < text->end && *text->at == '\r';
+	text->at += text->at < text->end && *text->at == '\n' && (text->at == line->end || text->at[-1] == '\r');
+	++*lines;
+	return true;
+}
+
+bool text_join_line(struct text *text, struct text *line, uint32_t *lines)
+{
+	struct text next;
+	if (line->end == line->at || line->end[-1] != '\\' || !text_next_line(text, &next, lines))
+		return false;
+	line->end = next.end;
+	return true;
 }
 
 /* A backslash is a blank where a line end follows. */
 static bool joins_lines(const char *at, const char *end)
 {
-	return *at == '\\' && ((at + 1 < end && at[1] == '\n') || (at + 2 < end && at[1] == '\r' && at[2] == '\n'));
+	return *at == '\\' && at + 1 < end && (at[1] == '\n' || at[1] == '\r');
 }
 
 bool text_next_word(struct text *line, struct text *word)
@@ -67,10 +85,27 @@ bool text_next_word(struct text *line, struct text *word)
 	return word->end > word->at;
 }
 
-bool text_equals(const struct text *word, const char *string)
+bool text_first_word(struct text text, struct text *word)
 {
-	size_t size = strlen(string);
-	return (size_t)(word->end - word->at) == size && memcmp(word->at, string, size) == 0;
+	struct text line;
+	uint32_t lines = 0;
+	text_skip_mark(&text);
+	while (text_next_line(&text, &line, &lines)) {
+		if (text_next_word(&line, word))
+			return true;
+	}
+	return false;
+}
+
+bool text_equals(const struct text *word, const char *keyword)
+{
+	size_t size = (size_t)(word->end - word->at), i = 0;
+	for (; i < size && keyword[i]; i++) {
+		char c = word->at[i];
+		if ((c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) != keyword[i])
+			return false;
+	}
+	return i == size && !keyword[i];
 }
 
 struct text text_trimmed(struct text line)

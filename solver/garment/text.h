@@ -12,15 +12,28 @@ struct text {
 	const char *end;
 };
 
-/* The next logical line, without its end; a backslash before the line end joins the next line to it, except in
- * comments. False at the end of the text. *lines grows by the physical lines taken. */
+/* Moves behind the byte order mark that some tools put before a text. */
+void text_skip_mark(struct text *text);
+
+/* The first word of the text behind a mark, empty lines and lines of comment; false where there is none. */
+bool text_first_word(struct text text, struct text *word);
+
+/* Whether it begins with the mark of UTF-16, which none of the readers takes. */
+bool text_is_utf16(const struct text *text);
+
+/* The next line, without its end, which is a line feed, a carriage return, or the two. False at the end of the text.
+ * *lines grows by one. */
 bool text_next_line(struct text *text, struct text *line, uint32_t *lines);
 
-/* The next word between blanks (space, tab, carriage return, joined line ends); false when there is none before the end
- * or before a comment, which is a word that begins with #. */
+/* Where the line ends in a backslash and there is another: joins that one to it and returns true. */
+bool text_join_line(struct text *text, struct text *line, uint32_t *lines);
+
+/* The next word between blanks (space, tab, line ends, the backslash of a joined line); false when there is none before
+ * the end or before a comment, which is a word that begins with #. */
 bool text_next_word(struct text *line, struct text *word);
 
-bool text_equals(const struct text *word, const char *string);
+/* Whether the word is `keyword`, which is in lower case, in any case of its ASCII letters. */
+bool text_equals(const struct text *word, const char *keyword);
 
 /* The rest of the line without blanks at its two ends. */
 struct text text_trimmed(struct text line);

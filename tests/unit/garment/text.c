@@ -66,14 +66,16 @@ static void what_is_no_number_is_refused(void **state)
 	}
 }
 
-static void joined_lines_are_one(void **state)
+static void lines_end_as_every_system_ends_them(void **state)
 {
 	(void)state;
-	struct text text = text_of("a b\\\n c\r\n\r\nd\\\r\ne"), line, word;
-	static const char *const words[] = {"a", "b", "c", NULL, NULL, "d", "e", NULL};
+	struct text text = text_of("a b\\\n c\r\n\r\nd\\\r\ne\rf\r\rg\\"), line, word;
+	static const char *const words[] = {"a", "b", "c", NULL, NULL, "d", "e", NULL, "f", NULL, NULL, "g\\", NULL};
 	uint32_t lines = 0;
 	size_t i = 0;
 	while (text_next_line(&text, &line, &lines)) {
+		while (text_join_line(&text, &line, &lines))
+			;
 		while (text_next_word(&line, &word)) {
 			assert_non_null(words[i]);
 			assert_true(text_equals(&word, words[i++]));
@@ -81,7 +83,7 @@ static void joined_lines_are_one(void **state)
 		assert_null(words[i++]);
 	}
 	assert_int_equal(i, sizeof words / sizeof *words);
-	assert_int_equal(lines, 5);
+	assert_int_equal(lines, 8);
 }
 
 static void utf8_is_told_from_bytes(void **state)
@@ -166,7 +168,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(numbers_are_those_of_strtod),
 		cmocka_unit_test(what_is_no_number_is_refused),
-		cmocka_unit_test(joined_lines_are_one),
+		cmocka_unit_test(lines_end_as_every_system_ends_them),
 		cmocka_unit_test(utf8_is_told_from_bytes),
 		cmocka_unit_test(cut_text_ends_with_a_whole_character),
 		cmocka_unit_test(polygons_are_cut_without_gap_or_overlap),
