@@ -21,6 +21,7 @@ if [ -z "${FRESH_ROOT:-}" ]; then
 	[ "$(id -u)" = 0 ] || skip "making a chroot needs root"
 	FRESH_ROOT=$(mktemp -d "${TMPDIR:-/var/tmp}/tightwire-fresh.XXXXXX")
 	export FRESH_ROOT
+	chmod 755 "$FRESH_ROOT" # apt fetches as a user of its own
 	inner=
 	remove() {
 		[ -z "$inner" ] || kill -KILL "$inner" 2>/dev/null || true
@@ -54,12 +55,12 @@ seconds() { echo $(($(date +%s) - $1)); }
 quietly() {
 	what=$1 start=$(date +%s)
 	shift
-	printf 'fresh: %s … ' "$what"
+	echo "fresh: $what"
 	if "$@" >"$log" 2>&1; then
-		echo "$(seconds "$start") s"
+		echo "       $(seconds "$start") s"
 		return
 	fi
-	echo "failed after $(seconds "$start") s:"
+	echo "       failed after $(seconds "$start") s:"
 	tail -n "${LINES_SHOWN:-60}" "$log"
 	return 1
 }
@@ -73,18 +74,18 @@ sources() {
 }
 
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
+[ -f $keyring ] || keyring=
 install_debootstrap() {
-	command -v debootstrap >/dev/null && return
 	command -v apt-get >/dev/null || return 1
 	DEBIAN_FRONTEND=noninteractive apt-get -qq update &&
 		DEBIAN_FRONTEND=noninteractive apt-get -qq --yes --no-install-recommends install debootstrap
 }
 bootstrap() {
 	mirror=$(sources | awk '$2 == "bookworm" { print $1; exit }')
-	debootstrap --variant=minbase --include=git,make,ca-certificates $([ ! -f $keyring ] || echo "--keyring=$keyring") \
-		bookworm "$root" ${mirror:+"$mirror"}
+	debootstrap --variant=minbase --include=git,make,ca-certificates ${keyring:+"--keyring=$keyring"} bookworm \
+		"$root" ${mirror:+"$mirror"}
 }
-quietly 'debootstrap' install_debootstrap || skip 'debootstrap cannot be installed'
+command -v debootstrap >/dev/null || quietly 'debootstrap' install_debootstrap || skip 'debootstrap cannot be installed'
 quietly 'a minimal Debian 12' bootstrap || skip 'debootstrap could not make a system'
 
 # --- what the machine lends --------------------------------------------------------------------------------------------------------
@@ -93,7 +94,7 @@ lend_path() {
 	[ -e "$1" ] || return 0
 	rm -rf "${root:?}$1"
 	mkdir -p "$root$(dirname "$1")"
-	cp -rL "$1" "$root$1"
+	cp -rL --preserve=mode "$1" "$root$1"
 }
 lend() {
 	sources | sed 's/^/deb /' >"$root/etc/apt/sources.list"
@@ -154,6 +155,6 @@ command() { # WHAT COMMAND
 }
 command 'git clone' 'cd && git clone /srv/tightwire.git'
 command 'make demo' 'cd ~/tightwire && make demo'
-sed -n '/^terminals\|^ *weight/,/^$/p' "$log"
+sed -n '/^ *weight/,/^$/p' "$log"
 command 'make test' 'cd ~/tightwire && make test'
 echo "fresh: $(tail -n 1 "$log"), after \`make demo\`, on a fresh Debian 12"
