@@ -92,10 +92,10 @@ static enum tw_status source_read(void *context, void *bytes, size_t size, size_
 	return *got < size && ferror(opened->file) ? fail_file(NULL, "read the motion", error) : TW_OK;
 }
 
-static enum tw_status source_rewind(void *context, struct tw_error *error)
+static enum tw_status source_seek(void *context, uint64_t offset, struct tw_error *error)
 {
 	struct file_source *opened = context;
-	return fseeko(opened->file, 0, SEEK_SET) ? fail_file(NULL, "rewind the motion", error) : TW_OK;
+	return fseeko(opened->file, (off_t)offset, SEEK_SET) ? fail_file(NULL, "seek in the motion", error) : TW_OK;
 }
 
 enum tw_status file_source_open(struct file_source *opened, struct byte_source *source, const char *path,
@@ -107,7 +107,7 @@ enum tw_status file_source_open(struct file_source *opened, struct byte_source *
 	struct stat status;
 	bool plain = fstat(fileno(opened->file), &status) == 0 && S_ISREG(status.st_mode);
 	*source = (struct byte_source){.read = source_read,
-				       .rewind = source_rewind,
+				       .seek = source_seek,
 				       .context = opened,
 				       .size = plain ? (uint64_t)status.st_size : UINT64_MAX};
 	return TW_OK;

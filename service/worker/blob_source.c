@@ -34,11 +34,16 @@ static enum tw_status read_stream(void *context, void *bytes, size_t size, size_
 	return TW_OK;
 }
 
-static enum tw_status rewind_stream(void *context, struct tw_error *error)
+static enum tw_status seek_stream(void *context, uint64_t offset, struct tw_error *error)
 {
 	struct blob_source *source = context;
 	(void)error;
-	source->at = 0;
+	uint64_t first = source->at - source->buffered;
+	if (offset >= first && offset <= source->at) {
+		source->used = (size_t)(offset - first);
+		return TW_OK;
+	}
+	source->at = offset < source->blob.size ? offset : source->blob.size;
 	source->buffered = 0;
 	source->used = 0;
 	return TW_OK;
@@ -55,7 +60,7 @@ enum tw_status blob_source_init(struct blob_source *source, struct store *store,
 	source->buffer = malloc(BLOB_CHUNK);
 	if (!source->buffer)
 		return tw_fail_memory(error);
-	*stream = (struct byte_source){read_stream, rewind_stream, source, source->blob.size};
+	*stream = (struct byte_source){read_stream, seek_stream, source, source->blob.size};
 	return TW_OK;
 }
 

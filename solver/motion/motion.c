@@ -33,7 +33,7 @@ static enum tw_status find_format(struct motion_reader *reader, enum motion_form
 	size_t got = 0;
 	enum tw_status status = reader_read(reader, bytes, sizeof bytes, &got, error);
 	if (status == TW_OK)
-		status = reader->source.rewind(reader->source.context, error);
+		status = reader->source.seek(reader->source.context, 0, error);
 	if (status != TW_OK)
 		return status;
 	if (got == 0)
@@ -139,7 +139,7 @@ void motion_round(struct motion_reader *reader)
 
 enum tw_status motion_rewind(struct motion_reader *reader, struct tw_error *error)
 {
-	enum tw_status status = reader->source.rewind(reader->source.context, error);
+	enum tw_status status = reader->source.seek(reader->source.context, 0, error);
 	if (status != TW_OK)
 		return status;
 	reader->frame = 0;

@@ -4,8 +4,8 @@
  * f32 x y z per point and sample; little-endian.
  * MDD: i32 frames, i32 points, f32 seconds of each frame; then f32 x y z per point and frame; big-endian.
  * Packed: see pack.h.
- * OBJ sequence: a tar (ustar, GNU or pax) of OBJ files, one per frame, in the archive's order, which must be that of
- * their names (digits compared as numbers); the faces of every frame must be those of the first. */
+ * OBJ sequence: a tar (ustar, GNU or pax) of OBJ files, one per frame, read in the order of their names (digits
+ * compared as numbers) wherever they stand in it; the faces of every frame must be those of the first. */
 #ifndef SOLVER_MOTION_MOTION_H
 #define SOLVER_MOTION_MOTION_H
 

@@ -14,15 +14,15 @@ static enum tw_status memory_read(void *context, void *bytes, size_t size, size_
 	return TW_OK;
 }
 
-static enum tw_status memory_rewind(void *context, struct tw_error *error)
+static enum tw_status memory_seek(void *context, uint64_t offset, struct tw_error *error)
 {
 	(void)error;
-	((struct byte_memory *)context)->at = 0;
+	struct byte_memory *memory = context;
+	memory->at = offset < memory->size ? (size_t)offset : memory->size;
 	return TW_OK;
 }
 
 struct byte_source byte_source_memory(struct byte_memory *memory)
 {
-	return (struct byte_source){
-		.read = memory_read, .rewind = memory_rewind, .context = memory, .size = memory->size};
+	return (struct byte_source){.read = memory_read, .seek = memory_seek, .context = memory, .size = memory->size};
 }

@@ -4,11 +4,12 @@
 
 #include "tightwire.h"
 
-/* A stream that can start again: an upload's chunks, a file, memory. */
+/* A stream that can go on from anywhere: an upload's chunks, a file, memory. */
 struct byte_source {
 	/* Fills up to `size` bytes; *got < size only at the end. */
 	enum tw_status (*read)(void *context, void *bytes, size_t size, size_t *got, struct tw_error *error);
-	enum tw_status (*rewind)(void *context, struct tw_error *error);
+	/* The next byte read is the one at `offset`; beyond the end there is none. */
+	enum tw_status (*seek)(void *context, uint64_t offset, struct tw_error *error);
 	void *context;
 	uint64_t size; /* bytes in all; UINT64_MAX when unknown */
 };

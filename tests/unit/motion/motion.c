@@ -522,13 +522,78 @@ static void reordered_vertices_are_noticed(void **state)
 	assert_string_equal(s->error.where, "frame 1");
 }
 
-static void frames_out_of_order_are_noticed(void **state)
+/* As shells list them: cloth.10 before cloth.8. */
+static void frames_are_read_in_the_order_of_their_numbers(void **state)
 {
 	struct stream *s = *state;
 	start_tar(s);
-	add_obj(s, "10.obj", 0, faces);
+	add_obj(s, "frames/cloth.10.obj", 2, faces);
+	add_obj(s, "frames/cloth.0011.obj", 3, faces);
+	add_obj(s, "frames/cloth.8.obj", 0, faces);
+	add_obj(s, "frames/cloth.9.obj", 1, faces);
+	end_tar(s);
+	for (int unknown_size = 0; unknown_size < 2; unknown_size++) {
+		assert_int_equal(open_as(s, MOTION_SNIFF, UNIT_MM, VERTICES), TW_OK);
+		assert_int_equal(motion_info(s->reader)->frame_count, 4);
+		assert_frames(s, 4, 1);
+		assert_int_equal(motion_rewind(s->reader, &s->error), TW_OK);
+		assert_frames(s, 4, 1);
+	}
+}
+
+static void frames_of_the_same_number_are_refused(void **state)
+{
+	struct stream *s = *state;
+	start_tar(s);
+	add_obj(s, "8.obj", 0, faces);
 	add_obj(s, "9.obj", 1, faces);
+	add_obj(s, "08.obj", 2, faces);
 	assert_sequence_fails(s, "motion-frame-order");
+	assert_string_equal(s->error.where, "frame 1");
+	start_tar(s);
+	add_obj(s, "a.obj", 0, faces);
+	add_obj(s, "a.obj", 1, faces);
+	assert_sequence_fails(s, "motion-frame-order");
+}
+
+/* What bsdtar adds on macOS: extended attributes in a file beside each. */
+static void companions_of_macos_are_no_frames(void **state)
+{
+	struct stream *s = *state;
+	static const char attributes[] = "\0\5\26\7\0\2\0\0Mac OS X        \0\2";
+	start_tar(s);
+	add_tar_entry(s, "./._cloth_0.obj", '0', attributes, sizeof attributes);
+	add_obj(s, "./cloth_0.obj", 0, faces);
+	add_tar_entry(s, "./._cloth_1.obj", '0', attributes, sizeof attributes);
+	add_obj(s, "./cloth_1.obj", 1, faces);
+	add_tar_entry(s, "._x.obj", '0', attributes, sizeof attributes);
+	end_tar(s);
+	assert_int_equal(open_as(s, MOTION_SNIFF, UNIT_MM, VERTICES), TW_OK);
+	assert_frames(s, 2, 1);
+}
+
+/* Each of the kinds of frames goes through the reader of OBJ as tools write it. */
+static void frames_are_texts_as_tools_write_them(void **state)
+{
+	struct stream *s = *state;
+	static const char *const changes[][2] = {
+		{"", "\n"}, {"\xef\xbb\xbf", "\n"}, {"", "\r\n"}, {"", "\r"}, {"o C:\\\n", "\n"}};
+	start_tar(s);
+	for (int frame = 0; frame < 5; frame++) {
+		char text[1024], name[16];
+		int size = snprintf(text, sizeof text, "%s", changes[frame][0]);
+		for (int v = 0; v < VERTICES; v++)
+			size += snprintf(text + size, sizeof text - (size_t)size, "v %.9g %.9g %.9g%s",
+					 (double)coordinate(frame, 3 * v), (double)coordinate(frame, 3 * v + 1),
+					 (double)coordinate(frame, 3 * v + 2), changes[frame][1]);
+		size += snprintf(text + size, sizeof text - (size_t)size, "f 1// 2// 3//%sf 3 2 4%s", changes[frame][1],
+				 changes[frame][1]);
+		snprintf(name, sizeof name, "%d.obj", frame);
+		add_tar_entry(s, name, '0', text, (size_t)size);
+	}
+	end_tar(s);
+	assert_int_equal(open_as(s, MOTION_SNIFF, UNIT_MM, VERTICES), TW_OK);
+	assert_frames(s, 5, 1);
 }
 
 static void damaged_tars_are_errors(void **state)
@@ -579,7 +644,10 @@ int main(void)
 		cmocka_unit_test_setup_teardown(obj_sequence_comes_back_in_natural_order, setup, teardown),
 		cmocka_unit_test_setup_teardown(long_names_are_read, setup, teardown),
 		cmocka_unit_test_setup_teardown(reordered_vertices_are_noticed, setup, teardown),
-		cmocka_unit_test_setup_teardown(frames_out_of_order_are_noticed, setup, teardown),
+		cmocka_unit_test_setup_teardown(frames_are_read_in_the_order_of_their_numbers, setup, teardown),
+		cmocka_unit_test_setup_teardown(frames_of_the_same_number_are_refused, setup, teardown),
+		cmocka_unit_test_setup_teardown(companions_of_macos_are_no_frames, setup, teardown),
+		cmocka_unit_test_setup_teardown(frames_are_texts_as_tools_write_them, setup, teardown),
 		cmocka_unit_test_setup_teardown(damaged_tars_are_errors, setup, teardown),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
