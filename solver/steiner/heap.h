@@ -25,9 +25,11 @@ static inline int heap_less(const struct heap_entry *a, const struct heap_entry 
 	return a->key < b->key || (a->key == b->key && a->item < b->item);
 }
 
-/* The caller has seen to it that there is room. */
+/* There must be room. A Dijkstra that settles every vertex once pushes no more than an entry for every arc and every
+ * start. */
 static inline void heap_push(struct heap *heap, fine_t key, uint32_t item, uint32_t extra)
 {
+	assert(heap->count < heap->capacity);
 	struct heap_entry *entry = heap->entry, new = {key, item, extra};
 	size_t i = heap->count++;
 	while (i) {
@@ -42,6 +44,7 @@ static inline void heap_push(struct heap *heap, fine_t key, uint32_t item, uint3
 
 static inline struct heap_entry heap_pop(struct heap *heap)
 {
+	assert(heap->count);
 	struct heap_entry *entry = heap->entry, top = entry[0], last = entry[--heap->count];
 	size_t count = heap->count, i = 0;
 	for (;;) {

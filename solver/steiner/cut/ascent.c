@@ -5,6 +5,8 @@
  * smallest set comes first. Every step makes an arc free, so there are no more steps than arcs. */
 #include "solver/steiner/cut/ascent.h"
 
+#include "solver/steiner/stamp.h"
+
 #include <string.h>
 
 struct ascent {
@@ -23,7 +25,7 @@ static uint32_t collect(struct ascent *ascent, uint32_t target)
 	const struct instance *instance = problem->instance;
 	uint32_t count = 0;
 	uint64_t work = 0;
-	ascent->mark++;
+	ascent->mark = stamp_next(ascent->mark, ascent->inside, instance->vertex_count);
 	ascent->inside[target] = ascent->mark;
 	ascent->set[count++] = target;
 	for (uint32_t i = 0; i < count; i++) {
@@ -112,6 +114,7 @@ enum tw_status cut_ascend(const struct cut_problem *problem, int64_t *cost, stru
 		.cost = cost,
 		.set = ARENA_ARRAY(arena, n, uint32_t),
 		.inside = ARENA_ZEROED(arena, n, uint32_t),
+		.mark = STAMP_FIRST,
 		.size = ARENA_ARRAY(arena, n, uint32_t),
 	};
 	enum tw_status status = ascent.set && ascent.inside && ascent.size ? TW_OK : TW_ERROR_MEMORY;

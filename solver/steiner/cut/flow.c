@@ -8,6 +8,9 @@
  * arcs. */
 #include "solver/steiner/cut/flow.h"
 
+#include "solver/steiner/stamp.h"
+
+#include <assert.h>
 #include <string.h>
 
 enum { ONE = 1 << 24, VIOLATED_BELOW = ONE - ONE / 2000, NESTED_MAX = 2, CREEP_ARCS_MAX = 60000 };
@@ -29,7 +32,7 @@ static int find_levels(struct flow *flow, uint32_t target)
 {
 	const struct instance *instance = flow->problem->instance;
 	uint32_t count = 0;
-	flow->mark++;
+	flow->mark = stamp_next(flow->mark, flow->marked, instance->vertex_count);
 	flow->marked[flow->problem->root] = flow->mark;
 	flow->level[flow->problem->root] = 0;
 	flow->queue[count++] = flow->problem->root;
@@ -112,7 +115,7 @@ static uint32_t collect_target_side(struct flow *flow, uint32_t target)
 {
 	const struct instance *instance = flow->problem->instance;
 	uint32_t count = 0;
-	flow->mark++;
+	flow->mark = stamp_next(flow->mark, flow->marked, instance->vertex_count);
 	flow->marked[target] = flow->mark;
 	flow->queue[count++] = target;
 	for (uint32_t i = 0; i < count; i++) {
@@ -133,7 +136,8 @@ static uint32_t collect_far_side(struct flow *flow)
 {
 	const uint32_t n = flow->problem->instance->vertex_count, near = flow->mark;
 	uint32_t count = 0;
-	flow->mark++;
+	assert(near <= STAMP_LAST);
+	flow->mark++; /* without a wipe: the marks of find_levels are still needed */
 	for (uint32_t v = 0; v < n; v++)
 		if (flow->marked[v] != near) {
 			flow->marked[v] = flow->mark;
@@ -184,6 +188,7 @@ enum tw_status cut_separate(const struct cut_problem *problem, const double *x, 
 		.start = ARENA_ARRAY(arena, problem->arc_count, int32_t),
 		.level = ARENA_ARRAY(arena, n, uint32_t),
 		.marked = ARENA_ZEROED(arena, n, uint32_t),
+		.mark = STAMP_FIRST,
 		.next = ARENA_ARRAY(arena, n, uint32_t),
 		.queue = ARENA_ARRAY(arena, n, uint32_t),
 		.path = ARENA_ARRAY(arena, n, uint32_t),

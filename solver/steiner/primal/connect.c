@@ -12,6 +12,8 @@
  * The caller uses it as a heuristic and checks the result, so that nothing here need be proven. */
 #include "solver/steiner/primal/connect.h"
 
+#include "solver/steiner/stamp.h"
+
 #include <string.h>
 
 enum { HEAP_ENTRIES_MAX = 1 << 21, LABELS_MAX = 3 << 20 };
@@ -28,6 +30,7 @@ enum tw_status primal_connect_init(struct primal_connect *connect, struct arena 
 	const size_t labels = n << PRIMAL_PIECES_MAX < LABELS_MAX ? n << PRIMAL_PIECES_MAX : LABELS_MAX;
 	*connect = (struct primal_connect){
 		.search = search,
+		.round = STAMP_FIRST,
 		.seen = ARENA_ZEROED(arena, n, uint32_t),
 		.nearest = ARENA_ARRAY(arena, n, struct primal_nearest),
 		.touched = ARENA_ARRAY(arena, n, uint32_t),
@@ -87,7 +90,7 @@ static int grow_pieces(struct primal_connect *connect, const uint32_t *members, 
 	const struct instance *instance = &connect->search->instance;
 	struct heap *heap = &connect->heap;
 	heap->count = 0;
-	connect->round++;
+	connect->round = stamp_next(connect->round, connect->seen, instance->vertex_count);
 	connect->touched_count = 0;
 	for (uint32_t i = 0; i < member_count; i++) {
 		offer_path(connect, members[i], 0, pieces[i]);

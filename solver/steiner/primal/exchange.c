@@ -164,12 +164,23 @@ static void adopt(struct primal_exchange *exchange, uint32_t added_count)
 	touch(exchange, exchange->added, added_count);
 }
 
+/* When the clock has used up its numbers, everything counts as changed and nothing as tried. */
+static void tick(struct primal_exchange *exchange)
+{
+	const size_t n = exchange->tree->instance->vertex_count;
+	if (++exchange->clock)
+		return;
+	exchange->clock = 1;
+	memset(exchange->changed, 0, n * sizeof *exchange->changed);
+	memset(exchange->tried, 0, n * sizeof *exchange->tried);
+}
+
 static int try_seed(struct primal_exchange *exchange, uint32_t seed, uint32_t pieces, uint32_t region_max)
 {
 	uint32_t pins[PRIMAL_PIECES_MAX];
 	const uint32_t pin_count = take_part(exchange, seed, pieces, pins);
 	uint32_t added = 0;
-	exchange->clock++;
+	tick(exchange);
 	if (pin_count > 1 && exchange->cut_changed >= exchange->tried[seed]) {
 		const uint32_t count = list_members(exchange, pins, pin_count);
 		added = primal_connect_pieces(exchange->connect, exchange->member, exchange->member_piece, count,

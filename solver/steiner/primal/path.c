@@ -104,7 +104,7 @@ enum tw_status primal_path_connect(struct search *search, const fine_t *cost, co
 		.base = ARENA_ARRAY(arena, n, uint32_t),
 		.arc = ARENA_ARRAY(arena, n, uint32_t),
 	};
-	struct heap heap = {.entry = ARENA_ARRAY(arena, 2 * m + k, struct heap_entry)};
+	struct heap heap = {.entry = ARENA_ARRAY(arena, 2 * m + k, struct heap_entry), .capacity = 2 * m + k};
 	uint32_t *parent = ARENA_ARRAY(arena, k, uint32_t);
 	uint8_t *seen = ARENA_ZEROED(arena, n, uint8_t);
 	enum tw_status status = TW_ERROR_MEMORY;

@@ -30,8 +30,14 @@
 #include "solver/steiner/program/grow.h"
 
 #include "solver/steiner/reduce/fix.h"
+#include "solver/steiner/stamp.h"
 
+#include <assert.h>
 #include <string.h>
+
+/* A cell's stamp holds epoch and state; with asserts on, the epochs begin near their end (stamp.h). */
+#define EPOCH_LAST (STAMP_LAST >> 2)
+#define EPOCH_FIRST (STAMP_FIRST >> 2)
 
 static enum tw_status fill_depth(struct dp_grower *grower)
 {
@@ -59,14 +65,17 @@ static enum tw_status allocate_scratch(struct dp_grower *grower, struct arena *a
 	const struct instance *instance = &grower->search->instance;
 	const size_t n = instance->vertex_count, labels = 2 * (size_t)instance->edge_count + n;
 	grower->cell = ARENA_ZEROED(arena, n, struct dp_cell);
-	grower->heap = (struct heap){.entry = ARENA_ARRAY(arena, labels, struct heap_entry)};
+	grower->heap = (struct heap){.entry = ARENA_ARRAY(arena, labels, struct heap_entry), .capacity = labels};
+	grower->start = ARENA_ARRAY(arena, n, uint32_t);
+	grower->epoch = EPOCH_FIRST;
+	grower->outside_epoch = STAMP_FIRST;
 	grower->ball = ARENA_ARRAY(arena, n, uint32_t);
 	grower->needed = ARENA_ZEROED(arena, n, uint8_t);
 	grower->outside = ARENA_ZEROED(arena, n, struct dp_outside);
 	grower->component = ARENA_ARRAY(arena, n + 1, struct dp_component);
 	grower->frontier = ARENA_ARRAY(arena, n, uint32_t);
-	return grower->cell && grower->heap.entry && grower->ball && grower->needed && grower->outside &&
-			       grower->component && grower->frontier
+	return grower->cell && grower->heap.entry && grower->start && grower->ball && grower->needed &&
+			       grower->outside && grower->component && grower->frontier
 		       ? TW_OK
 		       : TW_ERROR_MEMORY;
 }
@@ -96,7 +105,6 @@ enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, co
 {
 	*grower = *from;
 	grower->search = books;
-	grower->epoch = grower->outside_epoch = 0;
 	return allocate_scratch(grower, arena);
 }
 
@@ -149,8 +157,18 @@ static void enter_outside(struct dp_grower *grower, uint32_t v, uint32_t compone
 static uint32_t open_component(struct dp_grower *grower)
 {
 	uint32_t c = grower->component_count++;
+	assert(c <= grower->search->instance.vertex_count); /* a vertex opens one at most */
 	grower->component[c] = (struct dp_component){.parent = c};
 	return c;
+}
+
+static void next_outside_epoch(struct dp_grower *grower)
+{
+	if (grower->outside_epoch >= STAMP_LAST) {
+		memset(grower->outside, 0, grower->search->instance.vertex_count * sizeof *grower->outside);
+		grower->outside_epoch = 0;
+	}
+	grower->outside_epoch++;
 }
 
 /* Puts every neighbour of the ball into a component of its own; returns how many there are. */
@@ -159,7 +177,7 @@ static uint32_t list_neighbours(struct dp_grower *grower)
 	const struct instance *instance = &grower->search->instance;
 	uint32_t count = 0;
 	grower->component_count = 0;
-	grower->outside_epoch++;
+	next_outside_epoch(grower);
 	for (uint32_t i = 0; i < grower->ball_count; i++) {
 		uint32_t v = grower->ball[i];
 		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
@@ -253,6 +271,15 @@ static inline int is_affordable(const struct dp_grower *grower, uint32_t v, fine
 	return (uint64_t)reduced_cost(grower, v, cost) + grower->from_root[v] < grower->room;
 }
 
+static void next_epoch(struct dp_grower *grower)
+{
+	if (grower->epoch >= EPOCH_LAST) {
+		memset(grower->cell, 0, grower->search->instance.vertex_count * sizeof *grower->cell);
+		grower->epoch = 0;
+	}
+	grower->epoch++;
+}
+
 /* --- growth ------------------------------------------------------------------------------------------------------- */
 
 void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t member_count, const uint64_t *bits)
@@ -265,18 +292,20 @@ void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t m
 	grower->value = 0;
 	for (uint32_t i = 0; i < member_count && grower->dual; i++)
 		grower->value += grower->dual->value[members[i]];
-	grower->epoch++;
-	grower->ball_count = grower->ball_terminals = 0;
+	next_epoch(grower);
+	grower->ball_count = grower->ball_terminals = grower->start_count = 0;
 	grower->heap.count = 0;
 }
 
 void dp_grow_add(struct dp_grower *grower, uint32_t vertex, fine_t cost, uint32_t from)
 {
 	struct dp_cell *cell = &grower->cell[vertex];
-	if (cell->stamp == stamp_of(grower, DP_REACHED) && cell->cost <= cost)
+	const bool is_new = cell->stamp != stamp_of(grower, DP_REACHED);
+	if (!is_new && cell->cost <= cost)
 		return;
+	if (is_new)
+		grower->start[grower->start_count++] = vertex;
 	*cell = (struct dp_cell){cost, from, stamp_of(grower, DP_REACHED)};
-	heap_push(&grower->heap, cost, vertex, 0);
 }
 
 static void relax(struct dp_grower *grower, uint32_t v, fine_t cost)
@@ -305,6 +334,8 @@ static void settle(struct dp_grower *grower)
 	int separators = search_uses(grower->search, STEINER_SEPARATORS);
 	uint32_t next_check = FIRST_CHECK;
 	fine_t last = 0, end = FINE_MAX; /* labels above `end` are of no use */
+	for (uint32_t i = 0; i < grower->start_count; i++)
+		heap_push(&grower->heap, grower->cell[grower->start[i]].cost, grower->start[i], 0);
 	while (grower->heap.count) {
 		struct heap_entry top = heap_pop(&grower->heap);
 		uint32_t v = top.item;
@@ -393,6 +424,7 @@ uint32_t dp_grow(struct dp_grower *grower, struct dp_label *labels, uint32_t *us
 	uint32_t count = 0, kept = 0;
 	for (uint32_t i = 0; i < grower->ball_count; i++) {
 		uint32_t v = grower->ball[i];
+		assert(grower->cell[v].stamp != stamp_of(grower, DP_REACHED));
 		if (grower->needed[v])
 			trails[kept++] = (struct dp_trail){v, grower->cell[v].from};
 		if (grower->needed[v] & USEFUL)

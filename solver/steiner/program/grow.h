@@ -62,15 +62,17 @@ struct dp_grower {
 
 	const struct dp_arc *arc; /* [2 * edge_count] */
 	struct dp_cell *cell;     /* [vertex_count] */
-	uint32_t epoch;
-	struct heap heap;
+	uint32_t epoch;           /* counts sets */
+	struct heap heap;         /* an entry for every start and every arc: each vertex is settled once */
+	uint32_t *start;          /* [start_count] vertices with a start label, each once */
+	uint32_t start_count;
 	uint32_t *ball; /* [ball_count] settled vertices and obstacles in the order of their costs */
 	uint32_t ball_count;
 	uint32_t ball_terminals; /* outside terminals in the ball */
 	uint8_t *needed;         /* [vertex_count] 0 between calls */
 
-	struct dp_outside *outside; /* [vertex_count] */
-	uint32_t outside_epoch;
+	struct dp_outside *outside;     /* [vertex_count] */
+	uint32_t outside_epoch;         /* counts searches */
 	struct dp_component *component; /* [vertex_count] */
 	uint32_t component_count;
 	uint32_t *frontier; /* [frontier_count] the vertices that the search has seen */
@@ -91,7 +93,8 @@ enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, c
 enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, const struct dp_grower *from,
 			       struct search *books) TW_NODISCARD;
 
-/* Starts on a set: `members` are its terminals, `bits` the same. Then come the start labels, then dp_grow. */
+/* Starts on a set: `members` are its terminals, `bits` the same. Then come the start labels, as many as there are, then
+ * dp_grow. */
 void dp_grow_start(struct dp_grower *grower, const uint32_t *members, uint32_t member_count, const uint64_t *bits);
 void dp_grow_add(struct dp_grower *grower, uint32_t vertex, fine_t cost, uint32_t from);
 

@@ -65,7 +65,7 @@ static enum tw_status bounder_init(struct bounder *bounder, struct search *searc
 		.to_terminal = ARENA_ARRAY(arena, n, int64_t),
 		.path_cost = ARENA_ARRAY(arena, m, fine_t),
 		.keep = ARENA_ARRAY(arena, m, uint8_t),
-		.heap = {.entry = ARENA_ARRAY(arena, 2 * m + n, struct heap_entry)},
+		.heap = {.entry = ARENA_ARRAY(arena, 2 * m + n, struct heap_entry), .capacity = 2 * m + n},
 	};
 	const struct cut_problem *problem = &bounder->problem;
 	if (!problem->cost || !problem->allowed || !problem->gone || !problem->target || !bounder->reduced ||

@@ -18,6 +18,7 @@
 #include "solver/steiner/reduce/distance.h"
 
 #include "solver/steiner/heap.h"
+#include "solver/steiner/stamp.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -71,11 +72,13 @@ static enum tw_status judge_init(struct judge *judge, struct search *search)
 		.search = search,
 		.instance = instance,
 		.near = ARENA_ARRAY(arena, n, struct near),
-		.heap = {.entry = ARENA_ARRAY(arena, NEAR * 2 * m + k, struct heap_entry)},
+		.heap = {.entry = ARENA_ARRAY(arena, NEAR * 2 * m + k + 1, struct heap_entry),
+			 .capacity = NEAR * 2 * m + k + 1},
 		.parent = ARENA_ARRAY(arena, k, uint32_t),
 		.link = ARENA_ARRAY(arena, k, fine_t),
 		.size = ARENA_ARRAY(arena, k, uint32_t),
 		.arcs_max = local_arcs_max(instance),
+		.round = STAMP_FIRST,
 		.seen = ARENA_ZEROED(arena, n, uint32_t),
 		.distance = ARENA_ARRAY(arena, n, fine_t),
 	};
@@ -223,7 +226,7 @@ static void measure_around(struct judge *judge, uint32_t u, fine_t radius, uint3
 	struct heap *heap = &judge->heap;
 	uint32_t arcs = 0;
 	heap->count = 0;
-	judge->round++;
+	judge->round = stamp_next(judge->round, judge->seen, instance->vertex_count);
 	judge->seen[u] = judge->round;
 	judge->distance[u] = 0;
 	heap_push(heap, 0, u, 0);

@@ -15,7 +15,7 @@ enum {
 	CASE_TERMINALS = 256,
 	BRUTE_VERTICES = 12,
 	DREYFUS_VERTICES = 160,
-	DREYFUS_SETS = 512
+	DREYFUS_SETS = 1 << 13
 };
 
 #define UNREACHED (UINT64_MAX / 4)
@@ -354,7 +354,7 @@ static inline uint64_t oracle_brute(const struct instance_case *c)
 	return best;
 }
 
-/* The optimum by Dreyfus & Wagner (1971), from all distances (Floyd & Warshall); up to DREYFUS_VERTICES vertices and 10
+/* The optimum by Dreyfus & Wagner (1971), from all distances (Floyd & Warshall); up to DREYFUS_VERTICES vertices and 14
  * terminals. cost[set][v]: the lightest tree that spans the terminals of the set and v. */
 static inline uint64_t oracle_dreyfus(const struct instance_case *c)
 {

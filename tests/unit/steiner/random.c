@@ -13,6 +13,9 @@
 
 enum { CASES = 100000, MESHES = 3900, FEATURES = 11, VARIANTS = FEATURES + 2 };
 
+/* The oracle takes time that triples with every terminal: most cases have few. */
+enum { FEW = 7, MANY = 14, ONE_IN = 61, ONE_MESH_IN = 101 };
+
 static struct steiner_tree solve(const struct instance_case *c, const struct steiner_options *options,
 				 struct arena *arena, uint64_t seed)
 {
@@ -81,7 +84,7 @@ static void a_hundred_thousand_small_graphs_equal_the_oracle(void **state)
 	for (uint64_t seed = first; seed < end; seed++) {
 		uint64_t numbers = seed;
 		struct instance_case c;
-		case_random(&c, 7, &numbers);
+		case_random(&c, seed % ONE_IN ? FEW : MANY, &numbers);
 		check_case(&c, seed, &numbers, arena);
 	}
 	arena_free(arena);
@@ -98,7 +101,35 @@ static void meshes_of_some_hundred_vertices_equal_the_oracle(void **state)
 		uint64_t numbers = seed + 500000;
 		struct instance_case c;
 		case_mesh(&c, &numbers);
+		if (seed % ONE_MESH_IN == 0)
+			place_terminals(&c, MANY, &numbers);
 		check_case(&c, seed, &numbers, arena);
+	}
+	arena_free(arena);
+}
+
+/* The dynamic program with next to nothing that prunes it: sets by the thousand, and start labels for each from many
+ * pairs of others. */
+static void the_dynamic_program_unpruned_equals_the_oracle(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	const uint64_t most = (1u << FEATURES) - 1;
+	for (uint64_t seed = 0; seed < 24; seed++) {
+		uint64_t numbers = seed + 2000000;
+		const struct steiner_options options = {.disable = most & ~(uint64_t)STEINER_DYNAMIC &
+								   ~(seed % 2 ? (uint64_t)STEINER_GUESSING : 0)};
+		struct instance_case c = {0};
+		if (seed % 2)
+			shape_grid(&c, 6, 6, (int)(seed % 3), 1);
+		else /* few edges, so that a set has more start labels than arcs */
+			shape_random(&c, 16 + random_below(&numbers, 16), random_below(&numbers, 4), &numbers);
+		weigh(&c, (uint32_t)(seed % WEIGHT_KINDS), &numbers);
+		place_terminals(&c, 11 + (uint32_t)(seed % 3), &numbers);
+		const struct arena_mark mark = arena_mark(arena);
+		expect(oracle_dreyfus(&c), &c, &options, arena, seed, "unpruned");
+		arena_release(arena, mark);
 	}
 	arena_free(arena);
 }
@@ -143,6 +174,7 @@ int main(void)
 		cmocka_unit_test(the_two_oracles_agree),
 		cmocka_unit_test(a_hundred_thousand_small_graphs_equal_the_oracle),
 		cmocka_unit_test(meshes_of_some_hundred_vertices_equal_the_oracle),
+		cmocka_unit_test(the_dynamic_program_unpruned_equals_the_oracle),
 		cmocka_unit_test(branch_and_cut_alone_equals_the_oracle),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
