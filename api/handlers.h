@@ -44,6 +44,9 @@ enum tw_status get_layout(struct api_call *call, struct tw_error *error) TW_NODI
 enum tw_status get_layout_artifact(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status delete_layout(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 
+/* renew.c */
+enum tw_status renew_layout(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+
 /* job.c */
 enum tw_status list_jobs(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status get_job(struct api_call *call, struct tw_error *error) TW_NODISCARD;

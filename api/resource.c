@@ -136,6 +136,12 @@ static void hold(struct api_call *call, const struct resource *resource)
 	memcpy(call->wait.job_id, resource->job.id, STORE_ID_SIZE);
 }
 
+enum tw_status resource_respond_wanted(struct api_call *call, const struct resource *resource, struct tw_error *error)
+{
+	hold(call, resource);
+	return call->wait.job_id[0] ? TW_OK : respond_created(call, resource, error);
+}
+
 enum tw_status resource_respond_create(struct api_call *call, const struct resource_draft *draft,
 				       struct tw_error *error)
 {
@@ -147,9 +153,7 @@ enum tw_status resource_respond_create(struct api_call *call, const struct resou
 	body_upload_release(&call->upload);
 	if (outcome != RESOURCE_EXISTED)
 		call_job_added(call);
-	hold(call, &resource);
-	if (!call->wait.job_id[0])
-		status = respond_created(call, &resource, error);
+	status = resource_respond_wanted(call, &resource, error);
 	resource_clear(&resource);
 	return status;
 }

@@ -26,6 +26,11 @@ enum tw_status resource_respond_delete(struct api_call *call, enum resource_kind
 enum tw_status resource_respond_create(struct api_call *call, const struct resource_draft *draft,
 				       struct tw_error *error) TW_NODISCARD;
 
+/* The answer to somebody who wants a resource that may not be there yet: holds the connection while `Prefer: wait` asks
+ * for it, else 200 for one whose job has ended, or 202. */
+enum tw_status resource_respond_wanted(struct api_call *call, const struct resource *resource,
+				       struct tw_error *error) TW_NODISCARD;
+
 /* Answers for a resource whose creator has waited: with what it is now. */
 enum tw_status resource_respond_awaited(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 

@@ -35,6 +35,7 @@ const struct route api_routes[] = {
 	{"POST", "/v1/layouts", post_layout, JSON, ROUTE_JSON, NULL, 0},
 	{"GET", "/v1/layouts/{layout}", get_layout, JSON, ROUTE_NO_BODY, NULL, 0},
 	{"DELETE", "/v1/layouts/{layout}", delete_layout, NULL, ROUTE_NO_BODY, NULL, 0},
+	{"POST", "/v1/layouts/{layout}/renew", renew_layout, JSON, ROUTE_NO_BODY, NULL, 0},
 	{"GET", "/v1/layouts/{layout}/{artifact}", get_layout_artifact, NULL, ROUTE_NO_BODY, NULL, 0},
 
 	{"GET", "/v1/jobs", list_jobs, JSON, ROUTE_NO_BODY, NULL, 0},

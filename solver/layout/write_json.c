@@ -382,7 +382,7 @@ static void add_baseline(const struct layout_result *result, struct text *text)
 void write_layout_json(const struct layout_result *result, struct text *text)
 {
 	const struct layout_input *input = result->input;
-	text_add(text, "{\n  \"format\":\"tightwire-layout\",\"version\":1,\n  \"options\":");
+	text_add(text, "{\n  \"format\":\"tightwire-layout\",\"version\":2,\n  \"options\":");
 	add_options(text, &layout_option_table, &input->request->options);
 	text_add(text, ",\n  \"field\":");
 	add_options(text, &field_option_table, &result->field->options);
