@@ -3,6 +3,12 @@
 #include "api/page.h"
 #include "api/resource.h"
 #include "storage/jobs.h"
+#include "storage/redrive.h"
+
+#include <string.h>
+
+/* Then a request that redrives many answers, and says that there are more. */
+enum { REDRIVE_MS = 2000 };
 
 static enum tw_status respond_job(struct api_call *call, struct tw_error *error)
 {
@@ -75,4 +81,64 @@ enum tw_status redrive_job(struct api_call *call, struct tw_error *error)
 		return status;
 	call_job_added(call);
 	return respond_job(call, error);
+}
+
+/* Failed ones where the request does not say. */
+static enum tw_status parse_redrivable(const char *text, unsigned *states, struct tw_error *error)
+{
+	enum tw_status status = job_states_parse(text, states, error);
+	if (status == TW_OK && !*states)
+		*states = 1u << JOB_FAILED;
+	if (status == TW_OK && *states & ~(1u << JOB_FAILED | 1u << JOB_CANCELLED))
+		status =
+			tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "state",
+				"only failed and cancelled jobs can be redriven; state is one of these, or both with a "
+				"comma");
+	return status;
+}
+
+/* As a problem has it, or its last word alone. */
+static const char *problem_slug(const char *text)
+{
+	static const char urn[] = "urn:tightwire:problem:";
+	bool whole = text && !strncmp(text, urn, sizeof urn - 1);
+	return whole ? text + sizeof urn - 1 : text;
+}
+
+static enum tw_status redrive_state(struct api_call *call, const struct redrive_query *query, int64_t until_ms,
+				    uint64_t *redriven, bool *more, struct tw_error *error)
+{
+	struct redrive_progress progress = {0};
+	enum tw_status status = TW_OK;
+	while (status == TW_OK && !progress.done && call_now_ms() < until_ms) {
+		uint64_t before = progress.redriven;
+		status = redrive_step(call->store, query, &progress, error);
+		if (progress.redriven > before)
+			call_job_added(call);
+	}
+	*redriven += progress.redriven;
+	*more = *more || !progress.done;
+	return status;
+}
+
+enum tw_status redrive_jobs(struct api_call *call, struct tw_error *error)
+{
+	static const char *const known[] = {"kind", "state", "problem", NULL};
+	struct redrive_query query = {.failure_type = problem_slug(query_get(&call->query, "problem"))};
+	unsigned states = 0;
+	uint64_t redriven = 0;
+	bool more = false;
+	enum tw_status status = query_only(&call->query, known, error);
+	if (status == TW_OK)
+		status = parse_kind(query_get(&call->query, "kind"), &query.kinds, error);
+	if (status == TW_OK)
+		status = parse_redrivable(query_get(&call->query, "state"), &states, error);
+	int64_t until_ms = call_now_ms() + REDRIVE_MS;
+	for (query.state = JOB_QUEUED; status == TW_OK && query.state < JOB_STATES; query.state++)
+		if (states >> query.state & 1)
+			status = redrive_state(call, &query, until_ms, &redriven, &more, error);
+	if (status != TW_OK)
+		return status;
+	json_t *json = json_pack("{s:I, s:b}", "redriven", (json_int_t)redriven, "more", more);
+	return response_json(&call->response, 200, json, error);
 }

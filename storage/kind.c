@@ -79,10 +79,16 @@ static const struct resource_kind_row resource_kinds[] = {
 	},
 };
 
+#define MIB (UINT64_C(1) << 20)
+
+/* Room: the generated suit of 23,460 vertices and its motions of 300 frames; a layout of 36 terminals with drawings; a
+ * recording of an hour. */
 static const struct job_kind_row job_kinds[] = {
-	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH},      {JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION},
-	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD}, {JOB_COMPUTE_LAYOUT, "compute_layout", RESOURCE_LAYOUT},
-	{JOB_RECORD, "record", RESOURCE_RECORDING},
+	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH, 16 * MIB},
+	{JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION, 32 * MIB},
+	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD, 8 * MIB},
+	{JOB_COMPUTE_LAYOUT, "compute_layout", RESOURCE_LAYOUT, 8 * MIB},
+	{JOB_RECORD, "record", RESOURCE_RECORDING, 16 * MIB},
 };
 
 static_assert(sizeof resource_kinds / sizeof *resource_kinds == RESOURCE_KINDS, "a row for each kind of resource");

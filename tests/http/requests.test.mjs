@@ -368,6 +368,32 @@ test('a held connection is answered as soon as its job has ended', async () => {
   await refuses(service.post(`/v1/jobs/${json.items[0].job.id}/redrive`), 409, 'job-not-failed');
 });
 
+test('jobs are redriven in bulk by kind, state and problem', async () => {
+  const ids = [];
+  for (let i = 0; i < 5; i++) {
+    const { json } = await service.post('/v1/rig/recordings', { name: `bulk ${i}` });
+    await service.post(`/v1/jobs/${json.job.id}/cancel`);
+    ids.push(json.job.id);
+  }
+  const redrive = (query) => service.post(`/v1/jobs/redrive${query}`);
+  const stateOf = async (id) => (await service.get(`/v1/jobs/${id}`)).json.state;
+  // Cancelled jobs only where it says so; a kind and a problem that none of them has find none.
+  for (const query of ['?kind=record', '?state=cancelled&kind=compute_field', '?state=cancelled&problem=store-full']) {
+    const { status, json } = await redrive(query);
+    assert.equal(status, 200);
+    assert.deepEqual(json, { redriven: 0, more: false });
+  }
+  for (const id of ids) assert.equal(await stateOf(id), 'cancelled');
+  const { json } = await redrive('?state=failed,cancelled&kind=record');
+  assert.ok(json.redriven >= 5);
+  assert.equal(json.more, false);
+  for (const id of ids) assert.equal(await stateOf(id), 'queued');
+  await refuses(redrive('?state=queued'), 400, 'invalid-parameter');
+  await refuses(redrive('?state=failed,running'), 400, 'invalid-parameter');
+  await refuses(redrive('?kind=paint'), 400, 'invalid-parameter');
+  await refuses(redrive('?limit=3'), 400, 'unknown-parameter');
+});
+
 test('a hundred held connections leave the service free for others', async () => {
   const held = Array.from({ length: 100 }, (_, i) =>
     service.post('/v1/rig/recordings', { name: `held ${i}` }, { prefer: 'wait=3' }),

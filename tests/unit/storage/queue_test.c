@@ -1,6 +1,8 @@
 /* The queue's promises. */
 #include "tests/unit/storage/fixture.h"
 
+#include "storage/redrive.h"
+
 #include <time.h>
 
 static void claim_takes_the_most_urgent_then_the_oldest(void **state)
@@ -364,6 +366,89 @@ static void results_come_back_as_they_were_written(void **state)
 	free(back);
 }
 
+static void fail_all(struct fixture *f, const char *type)
+{
+	struct tw_error failure = {TW_ERROR_FULL, type, "", "no room"};
+	while (fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0 AND waiting_for = 0")) {
+		struct job_ticket ticket = fixture_claim(f);
+		ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
+	}
+}
+
+static uint64_t redrive_all(struct fixture *f, const struct redrive_query *query)
+{
+	struct redrive_progress progress = {0};
+	for (int steps = 0; !progress.done; steps++) {
+		assert_true(steps < 100);
+		ok(f, redrive_step(f->store, query, &progress, &f->error));
+	}
+	return progress.redriven;
+}
+
+static void many_are_redriven_by_query_in_steps(void **state)
+{
+	struct fixture *f = *state;
+	char field[STORE_ID_SIZE], id[STORE_ID_SIZE];
+	enum job_state after;
+	for (int i = 0; i < 120; i++)
+		fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	fail_all(f, "store-full");
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	fail_all(f, "no-such-vertex");
+	fixture_create(f, RESOURCE_FIELD, NULL, NULL, NULL, field);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, field, NULL, id);
+	fail_all(f, "store-full");
+	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
+	struct job_page page;
+	ok(f, job_list(f->store, &(struct job_query){.states = 1u << JOB_QUEUED, .limit = 1}, &page, &f->error));
+	ok(f, job_cancel(f->store, page.jobs[0].id, &after, &f->error));
+	job_page_clear(&page);
+
+	/* By problem and kind: the field stays. */
+	struct redrive_query full = {
+		.state = JOB_FAILED, .failure_type = "store-full", .kinds = JOB_KIND_BIT(JOB_COMPUTE_LAYOUT)};
+	struct redrive_progress progress = {0};
+	ok(f, redrive_step(f->store, &full, &progress, &f->error));
+	assert_false(progress.done);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0"), progress.redriven);
+	assert_in_range(progress.redriven, 1, 100);
+	assert_int_equal(progress.redriven + redrive_all(f, &full), 120);
+	assert_int_equal(redrive_all(f, &full), 0);
+	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field), JOB_FAILED);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0 AND attempts = 0"
+					" AND failure_type = ''"),
+			 120);
+
+	/* The layout needs the field, which goes back with it, but was not asked for. */
+	struct redrive_query dependents = {.state = JOB_FAILED, .failure_type = "dependency-failed"};
+	assert_int_equal(redrive_all(f, &dependents), 1);
+	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field), JOB_QUEUED);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0 AND waiting_for = 1"), 1);
+
+	/* All that is left. */
+	assert_int_equal(redrive_all(f, &(struct redrive_query){.state = JOB_FAILED}), 1);
+	assert_int_equal(redrive_all(f, &(struct redrive_query){.state = JOB_CANCELLED}), 1);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state <> 0"), 0);
+}
+
+/* A job that fails again as fast as it is redriven does not keep the request for ever. */
+static void a_job_is_redriven_once_by_a_query(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	for (int i = 0; i < 60; i++)
+		fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	fail_all(f, "store-full");
+	struct redrive_query query = {.state = JOB_FAILED};
+	struct redrive_progress progress = {0};
+	for (int steps = 0; !progress.done; steps++) {
+		assert_true(steps < 10);
+		ok(f, redrive_step(f->store, &query, &progress, &f->error));
+		fail_all(f, "store-full");
+	}
+	assert_int_equal(progress.redriven, 60);
+}
+
 static void jobs_are_counted_by_state(void **state)
 {
 	struct fixture *f = *state;
@@ -439,6 +524,8 @@ int main(void)
 		TEST(every_change_is_seen_once_in_order),
 		TEST(deleting_a_job_does_not_hide_later_changes),
 		TEST(results_come_back_as_they_were_written),
+		TEST(many_are_redriven_by_query_in_steps),
+		TEST(a_job_is_redriven_once_by_a_query),
 		TEST(jobs_are_counted_by_state),
 		TEST(a_long_queue_costs_no_more),
 	};
