@@ -3,7 +3,7 @@
 
 #include "solver/field/clones.h"
 #include "solver/field/density.h"
-#include "solver/field/first_corner.h"
+#include "solver/garment/first_corner.h"
 
 #include <string.h>
 

@@ -8,7 +8,7 @@
 
 #include "solver/field/clip.h"
 #include "solver/field/clones.h"
-#include "solver/field/first_corner.h"
+#include "solver/garment/first_corner.h"
 
 #include <assert.h>
 #include <math.h>

@@ -10,7 +10,7 @@ static const double extreme = 100; /* eta from a hundredth to a hundredfold of t
 
 struct balance {
 	struct arena *arena;
-	const struct layout_input *input;
+	const struct ground *ground;
 	const struct site_set *sites;
 	const struct graph *bare; /* the network's, weighed with eta = 0 */
 	void (*progress)(void *context, double share);
@@ -53,13 +53,13 @@ static enum tw_status try_eta(struct balance *balance, double eta, struct outcom
 	struct arena_mark mark = arena_mark(balance->arena);
 	struct pricing pricing;
 	struct steiner_tree tree;
-	enum tw_status status = pricing_build(&pricing, balance->arena, balance->input, balance->sites, eta, error);
+	enum tw_status status = pricing_build(&pricing, balance->arena, balance->ground, balance->sites, eta, error);
 	const struct pricing_search search = {.graph = &pricing.network.graph,
 					      .time_share = 1.0 / SEARCHES,
 					      .progress = pass_progress,
 					      .context = balance};
 	if (!status)
-		status = pricing_solve(&pricing, balance->arena, balance->input, &search, &tree, error);
+		status = pricing_solve(&pricing, balance->arena, &balance->ground->input, &search, &tree, error);
 	balance->searches_done++;
 	balance->progress(balance->context, (double)balance->searches_done / SEARCHES);
 	if (!status) {
@@ -109,19 +109,20 @@ static enum tw_status halve(struct balance *balance, double low, double high, do
 	return TW_OK;
 }
 
-enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct layout_input *input,
+enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct ground *ground,
 			       const struct site_set *sites, void (*progress)(void *context, double share),
 			       void *context, struct tw_error *error)
 {
-	double mean = mean_density(input->field);
-	*eta_mpa = input->field->options.eta_mpa;
-	if (!(mean > 0) || input->field->options.weight != FIELD_DEFORMATION)
+	const struct field *field = &ground->field;
+	double mean = mean_density(field);
+	*eta_mpa = field->options.eta_mpa;
+	if (!(mean > 0) || field->options.weight != FIELD_DEFORMATION)
 		return TW_OK;
 	struct arena_mark mark = arena_mark(arena);
 	struct pricing bare;
-	enum tw_status status = pricing_build(&bare, arena, input, sites, 0, error);
+	enum tw_status status = pricing_build(&bare, arena, ground, sites, 0, error);
 	if (!status) {
-		struct balance balance = {arena, input, sites, &bare.network.graph, progress, context, 0};
+		struct balance balance = {arena, ground, sites, &bare.network.graph, progress, context, 0};
 		status = halve(&balance, mean / extreme, mean * extreme, eta_mpa, error);
 	}
 	arena_release(arena, mark);

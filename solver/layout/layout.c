@@ -21,8 +21,9 @@
 #define SHARE_COMPARED 0.8
 
 struct job {
-	const struct layout_input *input;
+	const struct layout_input *input; /* the ground's */
 	struct arena *arena;
+	struct ground ground;
 	const struct locator *locator;
 	struct outline outline;
 	struct arena *scratch; /* of the strips */
@@ -88,26 +89,48 @@ static void choose_rules(struct job *job)
 	};
 }
 
+static bool has_terminals_on_pattern(const struct layout_request *request)
+{
+	for (uint32_t i = 0; i < request->terminal_count; i++)
+		if (request->terminals[i].kind == TERMINAL_PATTERN)
+			return true;
+	return false;
+}
+
+/* Terminals are given in the caller's numbers. */
+static enum tw_status place_sites(struct job *job, struct tw_error *error)
+{
+	const struct layout_input *asked = job->ground.asked;
+	const struct locator *locator = NULL;
+	enum tw_status status = TW_OK;
+	if (has_terminals_on_pattern(asked->request))
+		status = locator_build(&locator, job->arena, asked->garment, error);
+	if (!status)
+		status = terminals_place(&job->sites, job->arena, asked->garment, asked->topology, locator,
+					 asked->request, asked->request->options.snap_mm, error);
+	return status ? status : ground_take_sites(&job->ground, job->arena, &job->sites, error);
+}
+
 static enum tw_status prepare(struct job *job, struct tw_error *error)
 {
 	const struct layout_input *input = job->input;
-	const struct layout_options *options = &input->request->options;
-	enum tw_status status = locator_build(&job->locator, job->arena, input->garment, error);
+	enum tw_status status = ground_build(&job->ground, job->arena, job->ground.asked, error);
+	if (!status)
+		status = locator_build(&job->locator, job->arena, input->garment, error);
 	if (!status)
 		status = outline_build(&job->outline, job->arena, input->garment, input->topology, error);
 	if (!status)
 		status = strip_cutter_init(&job->cutter, job->arena, job->scratch, input->garment, input->topology,
 					   &job->outline, error);
 	if (!status)
-		status = terminals_place(&job->sites, job->arena, input->garment, input->topology, job->locator,
-					 input->request, options->snap_mm, error);
+		status = place_sites(job, error);
 	double eta = NAN;
-	if (!status && options->eta == ETA_AUTO) {
+	if (!status && input->request->options.eta == ETA_AUTO) {
 		report_balance(job, 0);
-		status = pricing_balance(&eta, job->arena, input, &job->sites, report_balance, job, error);
+		status = pricing_balance(&eta, job->arena, &job->ground, &job->sites, report_balance, job, error);
 	}
 	if (!status)
-		status = pricing_build(&job->pricing, job->arena, input, &job->sites, eta, error);
+		status = pricing_build(&job->pricing, job->arena, &job->ground, &job->sites, eta, error);
 	if (!status)
 		choose_rules(job);
 	return status;
@@ -212,13 +235,33 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	return status;
 }
 
+/* Frames have the caller's vertices. */
+static enum tw_status take_trace(struct trace *asked, const struct job *job, const struct trace *trace,
+				 uint32_t branches, struct tw_error *error)
+{
+	const uint32_t places = trace->first[branches];
+	*asked = *trace;
+	asked->place = ARENA_ARRAY(job->arena, places, struct place);
+	if (!asked->place)
+		return tw_fail_memory(error);
+	for (uint32_t i = 0; i < places; i++)
+		asked->place[i] = ground_asked_place(&job->ground, &trace->place[i]);
+	return TW_OK;
+}
+
 static enum tw_status stretch(struct job *job, struct tw_error *error)
 {
 	struct layout_metrics *metrics[2] = {&job->ours.metrics, &job->baseline.metrics};
-	const struct trace *trace[2] = {&job->ours.trace, &job->baseline.trace};
+	struct trace asked[2];
+	const struct trace *trace[2] = {&asked[0], &asked[1]};
 	const struct branch_set *branches[2] = {&job->ours.branches, &job->baseline.branches};
-	return metrics_elongation(metrics, trace, branches, job->pricing.network.baseline ? 2 : 1, job->input,
-				  job->arena, error);
+	const uint32_t layouts = job->pricing.network.baseline ? 2 : 1;
+	enum tw_status status = take_trace(&asked[0], job, &job->ours.trace, job->ours.branches.branch_count, error);
+	if (!status && layouts == 2)
+		status = take_trace(&asked[1], job, &job->baseline.trace, job->baseline.branches.branch_count, error);
+	if (status)
+		return status;
+	return metrics_elongation(metrics, trace, branches, layouts, job->ground.asked, job->arena, error);
 }
 
 static enum tw_status split_by_motion(struct job *job, struct tw_error *error)
@@ -227,7 +270,8 @@ static enum tw_status split_by_motion(struct job *job, struct tw_error *error)
 	const struct metrics_input inputs[2] = {metrics_input_of(job, &job->ours),
 						metrics_input_of(job, &job->baseline)};
 	const struct metrics_input *const both[2] = {&inputs[0], &inputs[1]};
-	return metrics_energies(metrics, both, job->pricing.network.baseline ? 2 : 1, job->input, job->arena, error);
+	return metrics_energies(metrics, both, job->pricing.network.baseline ? 2 : 1, job->input,
+				job->ground.canonical.face, job->arena, error);
 }
 
 /* What is asked of the motions, and what they can tell. */
@@ -297,6 +341,7 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 	report(job, "artifacts", 0.97);
 	struct layout_result result = {
 		.input = input,
+		.ground = &job->ground,
 		.field = job->pricing.field,
 		.outline = &job->outline,
 		.locator = job->locator,
@@ -319,9 +364,10 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 enum tw_status layout_compute(const struct layout_input *input, struct arena *arena, struct layout_output *output,
 			      struct tw_error *error)
 {
-	struct job job = {.input = input,
+	struct job job = {.input = &job.ground.input,
 			  .arena = arena,
 			  .scratch = arena_new(0),
+			  .ground = {.asked = input, .input = *input},
 			  .progress = {.weight = UINT64_MAX, .energy_scale = field_energy_scale(input->field)}};
 	enum tw_status status = job.scratch ? compute(&job, output, error) : tw_fail_memory(error);
 	arena_free(job.scratch);

@@ -253,8 +253,8 @@ static void take_energies(struct motion_energy *const *energy, const struct metr
 }
 
 enum tw_status metrics_energies(struct layout_metrics *const *metrics, const struct metrics_input *const *inputs,
-				uint32_t layout_count, const struct layout_input *input, struct arena *arena,
-				struct tw_error *error)
+				uint32_t layout_count, const struct layout_input *input, const uint32_t *face,
+				struct arena *arena, struct tw_error *error)
 {
 	const uint32_t faces = input->garment->face_count;
 	struct motion_energy **energy = ARENA_ZEROED(arena, layout_count, struct motion_energy *);
@@ -265,19 +265,19 @@ enum tw_status metrics_energies(struct layout_metrics *const *metrics, const str
 			return tw_fail_memory(error);
 	}
 	struct arena_mark mark = arena_mark(arena);
-	double *value = ARENA_ARRAY(arena, faces, double);
+	double *value = ARENA_ARRAY(arena, faces, double), *density = ARENA_ARRAY(arena, faces, double);
 	struct strip_fabric fabric = *inputs[0]->fabric;
 	struct strip_walker *walker = NULL;
 	fabric.value = value;
 	enum tw_status status =
-		energy && value ? strip_walker_new(&walker, arena, &fabric, error) : tw_fail_memory(error);
+		energy && value && density ? strip_walker_new(&walker, arena, &fabric, error) : tw_fail_memory(error);
 	for (uint32_t m = 0; m < input->motion_count && status == TW_OK; m++) {
 		if (input->cancelled && input->cancelled(input->context))
 			status = tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
 		if (status == TW_OK)
-			status = input->motion_mean(input->context, m, value, error);
+			status = input->motion_mean(input->context, m, density, error);
 		for (uint32_t f = 0; status == TW_OK && f < faces; f++)
-			value[f] += inputs[0]->field->options.eta_mpa;
+			value[f] = density[face[f]] + inputs[0]->field->options.eta_mpa;
 		if (status == TW_OK)
 			take_energies(energy, inputs, layout_count, walker, m);
 	}

@@ -77,11 +77,11 @@ struct metrics_input {
 enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *trace, struct arena *arena,
 			       const struct metrics_input *input, struct tw_error *error) TW_NODISCARD;
 
-/* The energies in each motion alone, by the densities that the input gives. Errors of motion_mean; TW_ERROR_CANCELLED;
- * TW_ERROR_MEMORY. */
+/* The energies in each motion alone, by the densities that the input gives: motion_mean's face face[f] is this
+ * garment's f. Errors of motion_mean; TW_ERROR_CANCELLED; TW_ERROR_MEMORY. */
 enum tw_status metrics_energies(struct layout_metrics *const *metrics, const struct metrics_input *const *inputs,
-				uint32_t layout_count, const struct layout_input *input, struct arena *arena,
-				struct tw_error *error) TW_NODISCARD;
+				uint32_t layout_count, const struct layout_input *input, const uint32_t *face,
+				struct arena *arena, struct tw_error *error) TW_NODISCARD;
 
 /* What elongation is measured over, as the request and the field say. */
 enum field_reference metrics_elongation_over(const struct layout_input *input);

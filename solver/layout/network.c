@@ -3,17 +3,21 @@
  * weights. */
 #include "solver/layout/network.h"
 
+#include "solver/splitmix.h"
+
 #include <stdbool.h>
 #include <string.h>
 
-/* A baseline of lengths counts in 1/1024 mm. */
+/* Baselines count lengths in 1/1024 mm. */
 static const double length_scale = 1024;
+
+/* All of a baseline's weights together. */
+static const uint64_t baseline_total = UINT64_C(1) << 61;
 
 struct lister {
 	struct network *network;
 	const struct field *field;
 	struct strip_walker *walker;
-	enum layout_baseline kind;
 	uint32_t *ends;
 	uint64_t *weight;
 	uint64_t *baseline;
@@ -131,10 +135,69 @@ struct place network_place(const struct network *network, uint32_t node)
 	return place;
 }
 
-static uint64_t baseline_weight(const struct lister *lister, double length)
+static uint64_t length_weight(double length)
 {
-	uint64_t weight = lister->kind == BASELINE_UNIT ? 1 : (uint64_t)(length * length_scale + 0.5);
+	uint64_t weight = (uint64_t)(length * length_scale + 0.5);
 	return weight ? weight : 1;
+}
+
+/* Fewest edges, and of equally many the shortest: an edge weighs more than all lengths together. There are very many
+ * trees of fewest edges, whose energies differ by points of per cent; which one is found must not be luck. */
+static void count_edges_first(struct lister *lister)
+{
+	uint64_t total = 0;
+	for (uint32_t e = 0; e < lister->count; e++)
+		total += lister->baseline[e];
+	unsigned coarser = 0;
+	while ((total >> coarser) + lister->count >= baseline_total / (lister->count + 1))
+		coarser++;
+	const uint64_t an_edge = (total >> coarser) + lister->count;
+	for (uint32_t e = 0; e < lister->count; e++)
+		lister->baseline[e] = (lister->baseline[e] >> coarser) + an_edge;
+	lister->network->baseline_scale = (double)an_edge;
+}
+
+static uint64_t hash_point(struct vec2 point)
+{
+	const double at[2] = {point.x + 0.0, point.y + 0.0}; /* the two zeros are one place */
+	uint64_t bits[2];
+	memcpy(bits, at, sizeof bits);
+	return splitmix(splitmix(bits[0]) ^ bits[1]);
+}
+
+/* Of a vertex on a seam all its places count, of which the order does not. */
+static void hash_nodes(const struct network *network, uint64_t *hash, uint8_t *seen)
+{
+	const struct garment *garment = network->garment;
+	for (size_t corner = 0; corner < 3 * (size_t)garment->face_count; corner++) {
+		uint32_t coord = garment->face_coord[corner];
+		if (!seen[coord])
+			hash[garment->face_vertex[corner]] += hash_point(coord_of(garment, coord));
+		seen[coord] = 1;
+	}
+	for (uint32_t i = 0; i < network->extra_count; i++) {
+		const struct site *site = &network->sites->site[network->extra_site[i]];
+		hash[garment->vertex_count + i] = hash_point(place_on_pattern(garment, &site->place));
+	}
+}
+
+static enum tw_status break_ties(struct network *network, struct arena *arena, const struct lister *lister,
+				 struct tw_error *error)
+{
+	uint32_t *tie = ARENA_ARRAY(arena, lister->count, uint32_t);
+	const struct arena_mark mark = arena_mark(arena);
+	uint64_t *hash = ARENA_ZEROED(arena, (size_t)network->garment->vertex_count + network->extra_count, uint64_t);
+	uint8_t *seen = ARENA_ZEROED(arena, network->garment->coord_count, uint8_t);
+	if (!tie || !hash || !seen)
+		return tw_fail_memory(error);
+	hash_nodes(network, hash, seen);
+	for (uint32_t e = 0; e < lister->count; e++)
+		tie[e] = (uint32_t)(splitmix(hash[lister->ends[2 * (size_t)e]] +
+					     hash[lister->ends[2 * (size_t)e + 1]]) >>
+				    32);
+	network->tie = tie;
+	arena_release(arena, mark);
+	return TW_OK;
 }
 
 static double edge_length(const struct network *network, uint32_t mesh_edge)
@@ -166,7 +229,7 @@ static void list_mesh_edges(struct lister *lister)
 		uint32_t i = lister->count++;
 		memcpy(&lister->ends[2 * (size_t)i], &topology->edge_vertex[2 * (size_t)e], 2 * sizeof(uint32_t));
 		lister->weight[i] = lister->field->weight[e];
-		lister->baseline[i] = baseline_weight(lister, length);
+		lister->baseline[i] = length_weight(length);
 		lister->mesh_edge[i] = e;
 	}
 	network->mesh_edge_count = lister->count;
@@ -199,7 +262,7 @@ static enum tw_status list_extra(struct lister *lister, uint32_t from, uint32_t 
 	lister->ends[2 * (size_t)i] = from < to ? from : to;
 	lister->ends[2 * (size_t)i + 1] = from < to ? to : from;
 	lister->weight[i] = extra_weight(lister, &laid);
-	lister->baseline[i] = baseline_weight(lister, vec2_distance(laid.from, laid.to));
+	lister->baseline[i] = length_weight(vec2_distance(laid.from, laid.to));
 	lister->extra_face[i - lister->network->mesh_edge_count] = face;
 	return TW_OK;
 }
@@ -280,7 +343,7 @@ enum tw_status network_build(struct network *network, struct arena *arena, const
 {
 	*network = (struct network){.garment = garment, .topology = topology, .sites = sites};
 	uint32_t extra = sites->count * (CORNER_EDGES + PAIR_EDGES), edges = topology->edge_count + extra;
-	struct lister lister = {.network = network, .field = field, .walker = walker, .kind = baseline};
+	struct lister lister = {.network = network, .field = field, .walker = walker};
 	lister.capacity = edges;
 	lister.ends = ARENA_ARRAY(arena, 2 * (size_t)edges, uint32_t);
 	lister.weight = ARENA_ARRAY(arena, edges, uint64_t);
@@ -298,7 +361,12 @@ enum tw_status network_build(struct network *network, struct arena *arena, const
 	if (status)
 		return status;
 	network->baseline = baseline == BASELINE_NONE ? NULL : lister.baseline;
-	network->baseline_scale = baseline == BASELINE_UNIT ? 1 : length_scale;
+	network->baseline_scale = length_scale;
+	if (baseline == BASELINE_UNIT)
+		count_edges_first(&lister);
+	status = break_ties(network, arena, &lister, error);
+	if (status)
+		return status;
 	network->mesh_edge = lister.mesh_edge;
 	network->extra_face = lister.extra_face;
 	network->terminal = lister.terminal;

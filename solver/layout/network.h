@@ -15,9 +15,11 @@ struct network {
 	const struct garment *garment;
 	const struct topology *topology;
 	const struct site_set *sites;
-	struct graph graph;         /* weights of the field */
-	const uint64_t *baseline;   /* [edge_count] weights of the baseline; NULL without one */
-	double baseline_scale;      /* its units per edge or per mm */
+	struct graph graph;       /* weights of the field */
+	const uint64_t *baseline; /* [edge_count] weights of the baseline; NULL without one */
+	double baseline_scale;    /* its units per mm; BASELINE_UNIT: per edge, what is left over is length */
+	const uint32_t *tie;      /* [edge_count] tells trees of equal weight apart: a hash of where the ends lie on the
+				     pattern, which knows no numbering */
 	const uint32_t *mesh_edge;  /* [mesh_edge_count] */
 	const uint32_t *extra_face; /* [edge_count - mesh_edge_count] face that an extra edge lies in */
 	const uint32_t *extra_site; /* [extra_count] */

@@ -1,22 +1,13 @@
 #include "solver/layout/pricing.h"
 
-#include "solver/layout/regions.h"
-
 #include <math.h>
 
-static enum tw_status find_field(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+static enum tw_status find_field(struct pricing *pricing, struct arena *arena, const struct ground *ground,
 				 double eta_mpa, struct tw_error *error)
 {
-	const struct layout_constraints *constraints = &input->request->constraints;
+	const struct layout_input *input = &ground->input;
 	pricing->field = input->field;
-	pricing->constraints = NULL;
-	if (constraints_any(constraints)) {
-		enum tw_status status =
-			constraints_find(&pricing->found, arena, input->garment, input->topology, constraints, error);
-		if (status)
-			return status;
-		pricing->constraints = &pricing->found;
-	}
+	pricing->constraints = ground->constraints;
 	if (!pricing->constraints && isnan(eta_mpa))
 		return TW_OK;
 	struct field_options options = input->field->options;
@@ -38,10 +29,11 @@ static enum tw_status make_walker(struct strip_walker **walker, struct strip_fab
 	return status ? status : strip_walker_new(walker, arena, fabric, error);
 }
 
-enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct ground *ground,
 			     const struct site_set *sites, double eta_mpa, struct tw_error *error)
 {
-	enum tw_status status = find_field(pricing, arena, input, eta_mpa, error);
+	const struct layout_input *input = &ground->input;
+	enum tw_status status = find_field(pricing, arena, ground, eta_mpa, error);
 	if (!status)
 		status = make_walker(&pricing->walker, &pricing->fabric, arena, input, pricing->field, NULL, error);
 	struct strip_walker *priced = pricing->walker;
@@ -96,6 +88,7 @@ enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena,
 {
 	struct callbacks callbacks = {input, search};
 	struct steiner_options options = {
+		.ties = pricing->network.tie,
 		.time_limit_s = input->request->options.time_limit_s * search->time_share,
 		.work_limit = search->work_limit,
 		.memory_limit = input->memory_limit,

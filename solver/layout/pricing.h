@@ -3,24 +3,23 @@
 #ifndef SOLVER_LAYOUT_PRICING_H
 #define SOLVER_LAYOUT_PRICING_H
 
-#include "solver/layout/input.h"
+#include "solver/layout/ground.h"
 #include "solver/layout/network.h"
 #include "solver/steiner/steiner.h"
 
 struct pricing {
 	const struct field *field; /* the input's, or `own` */
 	struct field own;
-	const struct field_constraints *constraints; /* NULL without any */
-	struct field_constraints found;
+	const struct field_constraints *constraints; /* the ground's */
 	struct network network;
 	/* Integrates density + eta alone, without a request's multipliers: what a wire deforms, whatever it costs. */
 	struct strip_walker *walker;
 	struct strip_fabric fabric;
 };
 
-/* `eta_mpa`: NaN for the field's own. Borrows everything. `pricing` must stay where it is. TW_ERROR_INPUT names the
- * constraint that is wrong; TW_ERROR_MEMORY. */
-enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+/* `eta_mpa`: NaN for the field's own. Borrows everything. `pricing` must stay where it is. TW_ERROR_INPUT,
+ * TW_ERROR_MEMORY. */
+enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct ground *ground,
 			     const struct site_set *sites, double eta_mpa, struct tw_error *error) TW_NODISCARD;
 
 /* One search for a tree. */
@@ -43,7 +42,7 @@ double pricing_solved(const struct steiner_progress *progress);
 /* The eta at which, for these terminals, the normalised curves of length (falling with eta) and deformation energy
  * (rising) cross (method 3), to three digits. Costs about seven searches, which share the request's time limit;
  * `progress` hears their share, 0…1. Scratch memory goes back to the arena. */
-enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct layout_input *input,
+enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct ground *ground,
 			       const struct site_set *sites, void (*progress)(void *context, double share),
 			       void *context, struct tw_error *error) TW_NODISCARD;
 

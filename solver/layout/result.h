@@ -3,6 +3,7 @@
 #define SOLVER_LAYOUT_RESULT_H
 
 #include "solver/drawing/drawing.h"
+#include "solver/layout/ground.h"
 #include "solver/layout/metrics.h"
 #include "solver/layout/strips.h"
 #include "solver/layout/summary.h"
@@ -20,8 +21,9 @@ struct solved {
 };
 
 struct layout_result {
-	const struct layout_input *input;
-	const struct field *field; /* the input's, or that with this layout's eta and constraints */
+	const struct layout_input *input; /* with the ground's garment, topology and field */
+	const struct ground *ground;      /* leads back to the caller's numbers, which are shown */
+	const struct field *field;        /* the input's, or that with this layout's eta and constraints */
 	const struct outline *outline;
 	const struct locator *locator;
 	const struct site_set *sites;

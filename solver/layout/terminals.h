@@ -40,8 +40,9 @@ struct site_set {
 
 /* Places and merges. Vertices and faces are the uploaded file's; a point in a face needs a triangle of the file. A
  * point is snapped to the nearest fabric when that is at most `snap_mm` away. Places within 1e-3 mm of a vertex or an
- * edge lie on it. Errors, with a JSON Pointer: "terminal-out-of-range", "terminal-in-polygon", "terminal-off-fabric",
- * "terminal-unknown-piece", "terminals-apart" (TW_ERROR_INPUT); TW_ERROR_MEMORY. */
+ * edge lie on it. `locator` may be NULL where no terminal is given by its piece. Errors, with a JSON Pointer:
+ * "terminal-out-of-range", "terminal-in-polygon", "terminal-off-fabric", "terminal-unknown-piece", "terminals-apart"
+ * (TW_ERROR_INPUT); TW_ERROR_MEMORY. */
 enum tw_status terminals_place(struct site_set *set, struct arena *arena, const struct garment *garment,
 			       const struct topology *topology, const struct locator *locator,
 			       const struct layout_request *request, double snap_mm,

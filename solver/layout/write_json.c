@@ -68,23 +68,25 @@ static void add_weights(struct text *text, const char *key, const double weights
 static void add_indices(const struct layout_result *result, uint32_t terminal, const struct site *site,
 			struct text *text)
 {
-	const struct garment *garment = result->input->garment;
+	const struct garment *garment = result->ground->asked->garment;
 	const struct layout_terminal *asked = &result->input->request->terminals[terminal];
+	const struct place place = ground_asked_place(result->ground, &site->place);
 	double weights[3];
 	uint32_t face = 0;
 	if (site->kind == SITE_VERTEX) {
+		uint32_t mesh_vertex = result->ground->canonical.vertex[site->vertex];
 		uint32_t vertex =
-			asked->kind == TERMINAL_VERTEX ? asked->vertex : garment_file_vertex(garment, site->vertex);
+			asked->kind == TERMINAL_VERTEX ? asked->vertex : garment_file_vertex(garment, mesh_vertex);
 		if (vertex != GARMENT_NONE)
 			text_format(text, ",\"vertex\":%u", vertex);
-		text_format(text, ",\"mesh_vertex\":%u", site->vertex);
+		text_format(text, ",\"mesh_vertex\":%u", mesh_vertex);
 	}
-	bool triangle = garment_place_to_file(garment, site->place.face, site->place.barycentric, &face, weights);
+	bool triangle = garment_place_to_file(garment, place.face, place.barycentric, &face, weights);
 	text_format(text, ",\"face\":%u", face);
 	if (triangle)
 		add_weights(text, "barycentric", weights);
-	text_format(text, ",\"mesh_face\":%u", site->place.face);
-	add_weights(text, "mesh_barycentric", site->place.barycentric);
+	text_format(text, ",\"mesh_face\":%u", place.face);
+	add_weights(text, "mesh_barycentric", place.barycentric);
 }
 
 static void add_marks(const struct garment *garment, const struct site *site, struct text *text)
@@ -117,7 +119,7 @@ static void add_site(const struct layout_result *result, uint32_t terminal, stru
 	add_marks(garment, site, text);
 	text_add(text, ",\"point_mm\":");
 	add_point3(text, point);
-	if (result->sites->snapped_mm[terminal] > 0)
+	if (result->sites->snapped_mm[terminal] >= 1e-4) /* less is a matter of rounding */
 		add_number(text, "snapped_mm", result->sites->snapped_mm[terminal], MM_DECIMALS);
 	if (site->terminal != terminal)
 		text_format(text, ",\"merged_with\":%u", site->terminal);
@@ -211,7 +213,7 @@ static void add_branch_end(const struct solved *solved, uint32_t end, const stru
 static void add_path(const struct layout_result *result, const struct branch *branch, const char *key, bool in_file,
 		     struct text *text)
 {
-	const struct garment *garment = result->input->garment;
+	const struct garment *garment = result->ground->asked->garment;
 	text_format(text, ",\n       \"%s\":[", key);
 	for (uint32_t i = 0; i <= branch->edge_count; i++) {
 		uint32_t node = branch->node[i];
@@ -221,7 +223,8 @@ static void add_path(const struct layout_result *result, const struct branch *br
 			text_format(text, "{\"terminal\":%u}", result->sites->site[site].terminal);
 			continue;
 		}
-		uint32_t vertex = in_file ? garment_file_vertex(garment, node) : node;
+		uint32_t mesh_vertex = result->ground->canonical.vertex[node];
+		uint32_t vertex = in_file ? garment_file_vertex(garment, mesh_vertex) : mesh_vertex;
 		if (vertex == GARMENT_NONE)
 			text_add(text, "null");
 		else
@@ -382,6 +385,7 @@ static void add_baseline(const struct layout_result *result, struct text *text)
 void write_layout_json(const struct layout_result *result, struct text *text)
 {
 	const struct layout_input *input = result->input;
+	const struct garment *garment = result->ground->asked->garment;
 	text_add(text, "{\n  \"format\":\"tightwire-layout\",\"version\":2,\n  \"options\":");
 	add_options(text, &layout_option_table, &input->request->options);
 	text_add(text, ",\n  \"field\":");
@@ -389,8 +393,8 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	text_format(text,
 		    ",\n  \"garment\":{\"vertices\":%u,\"faces\":%u,\"file_vertices\":%u,\"file_faces\":%u,"
 		    "\"pieces\":%u}",
-		    input->garment->vertex_count, input->garment->face_count, garment_source_count(input->garment),
-		    garment_file_faces(input->garment), input->garment->piece_count);
+		    garment->vertex_count, garment->face_count, garment_source_count(garment),
+		    garment_file_faces(garment), garment->piece_count);
 	text_add(text, ",\n  \"rules\":{\"minimum_radius_mm\":");
 	text_number(text, result->rules->minimum_radius_mm, MM_DECIMALS);
 	add_number(text, "tolerance_mm", result->rules->tolerance_mm, MM_DECIMALS);

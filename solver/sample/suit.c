@@ -61,16 +61,19 @@ static void boxes_make(const struct half *half, struct box box[HALF_PIECES])
 
 static bool garment_room(struct garment *garment, struct arena *arena, const struct half *half)
 {
-	garment->vertex_count = half_whole_count(half);
-	garment->face_count = 2 * half->surface.face_count;
-	garment->coord_count = 2 * half->coord_count;
-	garment->piece_count = 2 * HALF_PIECES;
-	garment->position = ARENA_ARRAY(arena, 3 * (size_t)garment->vertex_count, double);
-	garment->pattern = ARENA_ARRAY(arena, 2 * (size_t)garment->coord_count, double);
-	garment->face_vertex = ARENA_ARRAY(arena, 3 * (size_t)garment->face_count, uint32_t);
-	garment->face_coord = ARENA_ARRAY(arena, 3 * (size_t)garment->face_count, uint32_t);
-	garment->face_piece = ARENA_ARRAY(arena, garment->face_count, uint32_t);
-	garment->piece_name = ARENA_ARRAY(arena, garment->piece_count, char *);
+	const uint32_t vertices = half_whole_count(half), faces = 2 * half->surface.face_count;
+	*garment = (struct garment){
+		.vertex_count = vertices,
+		.face_count = faces,
+		.coord_count = 2 * half->coord_count,
+		.piece_count = 2 * HALF_PIECES,
+		.position = ARENA_ARRAY(arena, 3 * (size_t)vertices, double),
+		.pattern = ARENA_ARRAY(arena, 4 * (size_t)half->coord_count, double),
+		.face_vertex = ARENA_ARRAY(arena, 3 * (size_t)faces, uint32_t),
+		.face_coord = ARENA_ARRAY(arena, 3 * (size_t)faces, uint32_t),
+		.face_piece = ARENA_ARRAY(arena, faces, uint32_t),
+		.piece_name = ARENA_ARRAY(arena, 2 * HALF_PIECES, char *),
+	};
 	if (!garment->position || !garment->pattern || !garment->face_vertex || !garment->face_coord ||
 	    !garment->face_piece || !garment->piece_name)
 		return false;

@@ -3,7 +3,7 @@
  * the edges, which every stage spends many times over anyway, and leaves arrays without holes for the hot loops. */
 #include "solver/steiner/instance.h"
 
-#include "solver/steiner/splitmix.h"
+#include "solver/splitmix.h"
 
 #include <string.h>
 

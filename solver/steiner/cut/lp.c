@@ -16,7 +16,7 @@
  * bounds are rounded up to whole units at the end. */
 #include "solver/steiner/cut/lp.h"
 
-#include "solver/steiner/splitmix.h"
+#include "solver/splitmix.h"
 
 #include <coin/Clp_C_Interface.h>
 #include <float.h>

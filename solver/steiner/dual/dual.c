@@ -4,7 +4,7 @@
 #include "solver/steiner/dual/ball.h"
 #include "solver/steiner/dual/guide.h"
 #include "solver/steiner/dual/queue.h"
-#include "solver/steiner/splitmix.h"
+#include "solver/splitmix.h"
 
 #include <string.h>
 

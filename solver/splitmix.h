@@ -1,7 +1,7 @@
 /* Pseudo-random numbers that are the same on every machine: SplitMix64 (Steele, Lea & Flood, Fast splittable
  * pseudorandom number generators, OOPSLA 2014). */
-#ifndef SOLVER_STEINER_SPLITMIX_H
-#define SOLVER_STEINER_SPLITMIX_H
+#ifndef SOLVER_SPLITMIX_H
+#define SOLVER_SPLITMIX_H
 
 #include <stdint.h>
 

@@ -1,8 +1,8 @@
 /* The corner of a face that comes first whatever the file says: the lowest on the pattern. Sums over corners and
  * invariants of sides differ in their last bits with the corner that they begin at; beginning here, no figure depends
  * on how a file writes its faces. */
-#ifndef SOLVER_FIELD_FIRST_CORNER_H
-#define SOLVER_FIELD_FIRST_CORNER_H
+#ifndef SOLVER_GARMENT_FIRST_CORNER_H
+#define SOLVER_GARMENT_FIRST_CORNER_H
 
 #include "solver/garment/garment.h"
 
