@@ -36,10 +36,25 @@ struct exchange *exchange_new(struct api *api, const char *target)
 	return exchange;
 }
 
+/* A store is one thread's, and the exchange may have come from another. */
+static enum tw_status settle(struct exchange *exchange, struct tw_error *error)
+{
+	struct api_call *call = &exchange->call;
+	if (!call->store)
+		return TW_OK;
+	enum tw_status status = api_store(call->api, &call->store, error);
+	if (status == TW_OK)
+		body_upload_use(&call->upload, call->store);
+	return status;
+}
+
 void exchange_free(struct exchange *exchange)
 {
 	if (!exchange)
 		return;
+	/* Without a store nothing can be discarded; the sweep will do it. */
+	if (settle(exchange, NULL) != TW_OK)
+		body_upload_release(&exchange->call.upload);
 	body_upload_clear(&exchange->call.upload);
 	response_clear(&exchange->call.response);
 	free(exchange->call.body);
@@ -326,13 +341,27 @@ static bool is_streamed(const struct route *route)
 	return route->body == ROUTE_UPLOAD || route->body == ROUTE_APPEND;
 }
 
+bool exchange_is_streamed(const struct exchange *exchange)
+{
+	return exchange->state == EXCHANGE_READING && is_streamed(exchange->call.match.route);
+}
+
+bool exchange_may_wait(const struct exchange *exchange)
+{
+	const struct route *route = exchange->call.match.route;
+	return exchange->state == EXCHANGE_READING && route && strcmp(route->method, "GET") != 0;
+}
+
 enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, size_t size)
 {
 	struct tw_error error = {0};
 	enum tw_status status = TW_OK;
 	if (exchange->state != EXCHANGE_READING)
 		return exchange->state;
-	if (is_streamed(exchange->call.match.route))
+	bool streamed = is_streamed(exchange->call.match.route);
+	if (streamed)
+		status = settle(exchange, &error);
+	if (streamed && status == TW_OK)
 		status = body_upload_write(&exchange->call.upload, bytes, size, &error);
 	else if (exchange->call.match.route->body == ROUTE_JSON)
 		status = keep_json(exchange, bytes, size, &error);
@@ -346,7 +375,8 @@ enum exchange_state exchange_end(struct exchange *exchange)
 	enum tw_status status = TW_OK;
 	if (exchange->state != EXCHANGE_READING)
 		return exchange->state;
-	if (is_streamed(call->match.route))
+	status = settle(exchange, &error);
+	if (status == TW_OK && is_streamed(call->match.route))
 		status = body_upload_finish(&call->upload, &error);
 	if (!status)
 		status = call->match.route->handle(call, &error);
@@ -375,5 +405,7 @@ enum exchange_state exchange_resume(struct exchange *exchange)
 	struct tw_error error = {0};
 	if (exchange->state != EXCHANGE_HELD)
 		return exchange->state;
+	if (settle(exchange, &error) != TW_OK)
+		return answer_problem(exchange, &error);
 	return resource_respond_awaited(call, &error) ? answer_problem(exchange, &error) : answer(exchange);
 }

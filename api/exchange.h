@@ -10,8 +10,10 @@
  * remains of the body is of no interest. EXCHANGE_HELD (`Prefer: wait`): keep the connection without a thread, ask
  * exchange_is_due now and then (or when a job has ended), and call exchange_resume once it says so.
  *
- * An exchange stays with one thread, which has a connection to the store for all its exchanges; only exchange_is_due
- * may be called from another. Different exchanges may be driven by different threads at once. */
+ * An exchange is one thread's at a time, and may go to another between two steps; exchange_is_due may be called from
+ * any. Different exchanges may be driven by different threads at once. Where exchange_may_wait says so, exchange_body,
+ * _end and _free may have to wait for the store's writer, and are better called where nobody else has to wait for that;
+ * all else waits for nothing. */
 #ifndef API_EXCHANGE_H
 #define API_EXCHANGE_H
 
@@ -39,12 +41,17 @@ enum exchange_state exchange_refuse(struct exchange *exchange, const struct api_
 enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, size_t size);
 enum exchange_state exchange_end(struct exchange *exchange);
 
+/* False for what only reads. Once the headers are known. */
+bool exchange_may_wait(const struct exchange *exchange);
+/* The body goes into the store as it comes, rather than into memory: large pieces cost less. */
+bool exchange_is_streamed(const struct exchange *exchange);
+
 /* Held: whether what it waits for has come, or its time `now_ms` (CLOCK_MONOTONIC) is over. */
 bool exchange_is_due(struct exchange *exchange, int64_t now_ms);
 enum exchange_state exchange_resume(struct exchange *exchange);
 
 /* Once answered. The exchange keeps the response; a sender may take its `bytes` or `stream` by setting it to NULL. A
- * stream must be closed before its exchange's thread ends. */
+ * stream must be read and closed by the thread that ended the exchange. */
 struct api_response *exchange_response(struct exchange *exchange);
 
 /* For logs and metrics: the row of api_routes, NULL where none matched. */

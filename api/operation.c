@@ -40,6 +40,7 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;
 	struct job_counts counts;
+	struct store_writes writes;
 	enum tw_status status = job_count(call->store, &counts, error);
 	if (status)
 		return status;
@@ -55,6 +56,13 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 	for (enum job_state state = JOB_QUEUED; state < JOB_STATES; state++)
 		fprintf(out, "tightwire_jobs{state=\"%s\"} %llu\n", job_state_name(state),
 			(unsigned long long)counts.by_state[state]);
+	store_count_writes(call->store, &writes);
+	fprintf(out,
+		"# HELP tightwire_store_transactions_total Transactions that this process has written.\n"
+		"# TYPE tightwire_store_transactions_total counter\ntightwire_store_transactions_total %llu\n"
+		"# HELP tightwire_store_syncs_total Waits for the disk; one serves many transactions.\n"
+		"# TYPE tightwire_store_syncs_total counter\ntightwire_store_syncs_total %llu\n",
+		(unsigned long long)writes.transactions, (unsigned long long)writes.syncs);
 	fprintf(out,
 		"# HELP tightwire_queue_oldest_seconds Age of the oldest job that a worker could take.\n"
 		"# TYPE tightwire_queue_oldest_seconds gauge\ntightwire_queue_oldest_seconds %.3f\n",

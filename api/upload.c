@@ -99,7 +99,26 @@ enum tw_status body_upload_init(struct body_upload *body, struct store *store, c
 			       "application/octet-stream' "
 			       "(or model/obj, …), or as multipart/form-data",
 			       media_type);
-	return begin_upload(body, parts[0], file_name ? file_name : "", media_type, error);
+	snprintf(body->media_type, sizeof body->media_type, "%s", media_type);
+	snprintf(body->file_names[0], sizeof body->file_names[0], "%s", file_name ? file_name : "");
+	return TW_OK;
+}
+
+/* The upload of a raw body is begun when its bytes come. */
+static enum tw_status begin_raw(struct body_upload *body, struct tw_error *error)
+{
+	char file_name[BLOB_NAME_SIZE];
+	if (body->open || body->count)
+		return TW_OK;
+	memcpy(file_name, body->file_names[0], sizeof file_name);
+	return begin_upload(body, body->parts[0], file_name, body->media_type, error);
+}
+
+void body_upload_use(struct body_upload *body, struct store *store)
+{
+	body->store = store;
+	if (body->open)
+		upload_use(body->open, store);
 }
 
 enum tw_status body_upload_append(struct body_upload *body, struct store *store, const char *id, uint64_t offset,
@@ -144,8 +163,10 @@ enum tw_status body_upload_write(struct body_upload *body, const void *bytes, si
 	if (body->named)
 		return tw_fail(error, TW_ERROR_INPUT, "unexpected-body", NULL,
 			       "the uploads stand in the query; send no body");
-	return body->is_form ? multipart_feed(&body->multipart, bytes, size, error)
-			     : write_part(body, bytes, size, error);
+	if (body->is_form)
+		return multipart_feed(&body->multipart, bytes, size, error);
+	enum tw_status status = begin_raw(body, error);
+	return status == TW_OK ? write_part(body, bytes, size, error) : status;
 }
 
 enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *error)
@@ -154,9 +175,10 @@ enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *err
 		return TW_OK;
 	if (body->appends)
 		return upload_seal(body->open, error);
+	enum tw_status status = body->is_form ? TW_OK : begin_raw(body, error);
 	if (!body->is_form)
-		return end_part(body, error);
-	enum tw_status status = multipart_finish(&body->multipart, error);
+		return status == TW_OK ? end_part(body, error) : status;
+	status = multipart_finish(&body->multipart, error);
 	if (status)
 		return status;
 	for (size_t i = 0; i < body->count; i++)

@@ -4,7 +4,7 @@
 #define API_UPLOAD_H
 
 #include "api/multipart.h"
-#include "storage/blob.h"
+#include "storage/upload.h"
 
 #define BODY_UPLOADS_MAX 2
 
@@ -14,9 +14,10 @@ struct body_upload {
 	uint64_t limit;           /* bytes of all parts together */
 	uint64_t taken;
 	bool is_form;
-	bool appends;   /* to an upload of the client's, which outlives this request */
-	bool completes; /* and ends it */
-	bool named;     /* the uploads are the client's, named in the query: there is no body */
+	bool appends;                    /* to an upload of the client's, which outlives this request */
+	bool completes;                  /* and ends it */
+	bool named;                      /* the uploads are the client's, named in the query: there is no body */
+	char media_type[BLOB_NAME_SIZE]; /* of a raw body */
 	struct multipart multipart;
 	struct upload *open; /* owned; the part that is being written, NULL between parts */
 	size_t count;        /* uploads begun; their ids are final once sealed */
@@ -35,13 +36,16 @@ enum tw_status body_upload_append(struct body_upload *body, struct store *store,
 enum tw_status body_upload_take(struct body_upload *body, struct store *store, const char *part, const char *id,
 				struct tw_error *error) TW_NODISCARD;
 
-/* Begins. `content_type` NULL counts as bytes of an unknown type. `file_name`: of a raw body, may be NULL. Fails with
- * "unsupported-media-type", "malformed-header", and what storage fails with. */
+/* Begins; writes nothing yet. `content_type` NULL counts as bytes of an unknown type. `file_name`: of a raw body, may
+ * be NULL. Fails with "unsupported-media-type", "malformed-header", and what storage fails with. */
 enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
 				const char *content_type, const char *file_name, uint64_t limit,
 				struct tw_error *error) TW_NODISCARD;
 enum tw_status body_upload_write(struct body_upload *body, const void *bytes, size_t size,
 				 struct tw_error *error) TW_NODISCARD;
+
+/* From now on it goes through this connection. */
+void body_upload_use(struct body_upload *body, struct store *store);
 
 /* Ends: every upload is sealed, and the first part of `parts` is among them, or it fails. */
 enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *error) TW_NODISCARD;

@@ -76,22 +76,6 @@ enum tw_status blob_list(struct store *store, const char *resource_id, enum blob
 	return TW_OK;
 }
 
-enum tw_status upload_find(struct store *store, const char *id, struct blob *blob, bool *sealed, struct tw_error *error)
-{
-	struct sql q = sql_query(store, "SELECT " BLOB_COLUMNS ", b.hash IS NOT NULL FROM blob b"
-					" WHERE b.upload = ? AND b.resource IS NULL");
-	sql_bind_text(&q, id);
-	bool found = sql_step(&q);
-	if (found) {
-		read_blob(&q, blob);
-		*sealed = sql_int(&q);
-	}
-	enum tw_status status = sql_end(&q, error);
-	if (status == TW_OK && !found)
-		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-upload", NULL, "there is no upload %.64s", id);
-	return status;
-}
-
 static enum tw_status gone(struct tw_error *error)
 {
 	return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-blob", NULL, "it was deleted");

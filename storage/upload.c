@@ -1,5 +1,7 @@
 /* Uploads, written as they arrive: a chunk is one transaction, which also moves the size on. Two writers on one upload
  * cannot both do that: the second finds another size and is refused. */
+#include "storage/upload.h"
+
 #include "storage/chunk.h"
 #include "storage/id.h"
 #include "storage/sql.h"
@@ -97,6 +99,26 @@ enum tw_status upload_begin(struct upload **upload, struct store *store, const c
 		*upload = begun;
 	else
 		upload_free(begun);
+	return status;
+}
+
+enum tw_status upload_find(struct store *store, const char *id, struct blob *blob, bool *sealed, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number, name, file_name, media_type, size, hash IS NOT NULL FROM blob"
+					" WHERE upload = ? AND resource IS NULL");
+	sql_bind_text(&q, id);
+	bool found = sql_step(&q);
+	if (found) {
+		*blob = (struct blob){.number = sql_int(&q), .role = BLOB_UPLOAD};
+		sql_copy_text(&q, blob->name, sizeof blob->name);
+		sql_copy_text(&q, blob->file_name, sizeof blob->file_name);
+		sql_copy_text(&q, blob->media_type, sizeof blob->media_type);
+		blob->size = (uint64_t)sql_int(&q);
+		*sealed = sql_int(&q);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-upload", NULL, "there is no upload %.64s", id);
 	return status;
 }
 
@@ -262,6 +284,11 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 	upload->buffered = 0;
 	upload->broken = true; /* nothing may follow */
 	return status;
+}
+
+void upload_use(struct upload *upload, struct store *store)
+{
+	upload->store = store;
 }
 
 const char *upload_id(const struct upload *upload)

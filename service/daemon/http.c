@@ -12,18 +12,23 @@
  * connection for ever. Every open socket therefore stands in a list with the time since which it owes us a request
  * head; http_tick shuts down the sockets that owe it for too long.
  *
- * Threads: the library's own, which never share a connection, and the one that calls http_tick, http_drain and
- * http_stop. `lock` guards the two lists. A held request is in the list only while it is suspended:
+ * A step that may have to wait for the store's writer is not taken by the library's threads, which serve other clients
+ * meanwhile, but by the executor's, while the connection is suspended; then the access handler is called once more.
+ *
+ * Threads: the library's own, which never share a connection, the executor's, and the one that calls http_tick,
+ * http_drain and http_stop. `lock` guards the two lists. A held request is in the list only while it is suspended:
  * before its response (`Prefer: wait`), or within it (a stream that has nothing to send yet). */
 #include "service/daemon/http.h"
 
 #include "api/exchange.h"
 #include "api/header.h"
+#include "service/daemon/executor.h"
 #include "service/log.h"
 
 #include <microhttpd.h>
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -32,6 +37,8 @@
 #include <unistd.h>
 
 #define CONNECTION_MEMORY (64u << 10)  /* head of a request, and its read buffer */
+#define WRITE_THREADS 16               /* that may wait for the store's writer, and for the disk, at once */
+#define PIECE_BYTES (256u << 10)       /* of an upload that are handed on at once */
 #define STREAM_BLOCK (256u << 10)      /* read from the store at once */
 #define EARLY_ANSWER_BYTES (16u << 20) /* bodies above this are not read when the answer is known before them */
 #define SWALLOW_BYTES (1ull << 30)     /* of a body that has become pointless */
@@ -39,7 +46,7 @@
 #define TICK_PEERS_MS 500
 #define STATUS_CLIENT_GONE 499 /* in log and metrics, where a client has left before it got an answer */
 
-enum phase { PHASE_HEAD, PHASE_BODY, PHASE_HELD, PHASE_SENDING };
+enum phase { PHASE_HEAD, PHASE_BODY, PHASE_ENDING, PHASE_HELD, PHASE_SENDING };
 
 /* An open socket. */
 struct peer {
@@ -61,12 +68,19 @@ struct http_request {
 	uint64_t received; /* bytes of the body */
 	uint64_t swallowed;
 	int64_t started_us;
+	char *piece; /* owned, PIECE_BYTES: of an upload, what is not handed on yet; NULL for none */
+	size_t piece_size;
+	struct task task;          /* the executor's while it is busy */
+	atomic_bool is_busy;       /* the exchange is in the executor's hands */
+	enum exchange_state state; /* as the executor left it */
 };
 
 struct http_server {
 	struct http_settings settings;
 	struct MHD_Daemon *daemon;
-	MHD_socket quiesced; /* the listening socket, ours again since http_drain; else MHD_INVALID_SOCKET */
+	struct executor *executor; /* owned */
+	bool stopping;             /* it takes no more; guarded by `lock` */
+	MHD_socket quiesced;       /* the listening socket, ours again since http_drain; else MHD_INVALID_SOCKET */
 	pthread_mutex_t lock;
 	struct peer *peers;
 	struct http_request *held;
@@ -355,22 +369,99 @@ static enum MHD_Result take_head(struct http_request *request, struct MHD_Connec
 	return send_response(request);
 }
 
-static enum MHD_Result take_body(struct http_request *request, const char *bytes, size_t size)
+/* --- steps that may have to wait -------------------------------------------------------------------------------- */
+
+static void run_step(struct http_request *request)
 {
-	request->received += size;
-	metrics_count_received(request->server->settings.metrics, size);
-	if (exchange_body(request->exchange, bytes, size) != EXCHANGE_ANSWERED)
+	if (request->piece_size)
+		request->state = exchange_body(request->exchange, request->piece, request->piece_size);
+	request->piece_size = 0;
+	if (request->phase == PHASE_ENDING)
+		request->state = exchange_end(request->exchange);
+}
+
+static struct http_request *request_of(struct task *task)
+{
+	return (struct http_request *)((char *)task - offsetof(struct http_request, task));
+}
+
+static void run_elsewhere(struct task *task)
+{
+	struct http_request *request = request_of(task);
+	run_step(request);
+	struct MHD_Connection *connection = request->connection;
+	atomic_store(&request->is_busy, false);
+	MHD_resume_connection(connection);
+}
+
+/* False where the executor takes nothing any more. */
+static bool execute(struct http_server *server, struct task *task, void (*run)(struct task *task))
+{
+	task->run = run;
+	pthread_mutex_lock(&server->lock);
+	bool takes = !server->stopping;
+	if (takes)
+		executor_run(server->executor, task);
+	pthread_mutex_unlock(&server->lock);
+	return takes;
+}
+
+/* Hands on what has come of the body and, in PHASE_ENDING, its end. */
+static void take_step(struct http_request *request)
+{
+	atomic_store(&request->is_busy, true);
+	MHD_suspend_connection(request->connection);
+	if (!execute(request->server, &request->task, run_elsewhere))
+		run_elsewhere(&request->task);
+}
+
+static enum MHD_Result collect_piece(struct http_request *request, const char *bytes, size_t *size)
+{
+	size_t part = PIECE_BYTES - request->piece_size;
+	part = part < *size ? part : *size;
+	if (!request->piece)
+		request->piece = malloc(PIECE_BYTES);
+	if (!request->piece)
+		return MHD_NO;
+	memcpy(request->piece + request->piece_size, bytes, part);
+	request->piece_size += part;
+	request->received += part;
+	*size -= part;
+	metrics_count_received(request->server->settings.metrics, part);
+	if (request->piece_size == PIECE_BYTES)
+		take_step(request);
+	return MHD_YES;
+}
+
+/* `*size` becomes what was not taken yet. */
+static enum MHD_Result take_body(struct http_request *request, const char *bytes, size_t *size)
+{
+	if (exchange_is_streamed(request->exchange))
+		return collect_piece(request, bytes, size);
+	size_t taken = *size;
+	*size = 0;
+	request->received += taken;
+	metrics_count_received(request->server->settings.metrics, taken);
+	if (exchange_body(request->exchange, bytes, taken) != EXCHANGE_ANSWERED)
 		return MHD_YES;
-	request->swallowed += size;
+	request->swallowed += taken;
 	return request->swallowed <= SWALLOW_BYTES ? MHD_YES : MHD_NO;
 }
 
 static enum MHD_Result take_end(struct http_request *request)
 {
 	set_peer(request->connection, 0, false);
-	enum exchange_state state =
-		request->phase == PHASE_HELD ? exchange_resume(request->exchange) : exchange_end(request->exchange);
-	if (state != EXCHANGE_HELD)
+	if (request->phase == PHASE_BODY) {
+		request->phase = PHASE_ENDING;
+		if (exchange_may_wait(request->exchange)) {
+			take_step(request);
+			return MHD_YES;
+		}
+		run_step(request);
+	} else if (request->phase == PHASE_HELD) {
+		request->state = exchange_resume(request->exchange);
+	}
+	if (request->state != EXCHANGE_HELD)
 		return send_response(request);
 	if (atomic_load(&request->server->draining)) {
 		exchange_resume(request->exchange);
@@ -393,11 +484,10 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
 		return MHD_NO;
 	if (request->phase == PHASE_HEAD)
 		return take_head(request, connection, method);
-	if (!*upload_data_size)
-		return take_end(request);
-	size_t size = *upload_data_size;
-	*upload_data_size = 0;
-	return take_body(request, upload_data, size);
+	/* More of the body may lie in the library's buffer: it will be shown again. */
+	if (atomic_load(&request->is_busy))
+		return MHD_YES;
+	return *upload_data_size ? take_body(request, upload_data, upload_data_size) : take_end(request);
 }
 
 static void log_request(const struct http_request *request, double seconds, enum MHD_RequestTerminationCode code)
@@ -407,6 +497,20 @@ static void log_request(const struct http_request *request, double seconds, enum
 		  exchange_request_id(request->exchange), request->method, route ? route->path : "", request->status,
 		  seconds * 1e3, (unsigned long long)request->received,
 		  code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "" : " aborted=true");
+}
+
+static void free_request(struct http_request *request)
+{
+	struct http_server *server = request->server;
+	exchange_free(request->exchange);
+	free(request->piece);
+	free(request);
+	atomic_fetch_sub(&server->active, 1);
+}
+
+static void free_elsewhere(struct task *task)
+{
+	free_request(request_of(task));
 }
 
 static void on_completed(void *context, struct MHD_Connection *connection, void **request_context,
@@ -426,9 +530,10 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 				      seconds);
 		log_request(request, seconds, code);
 	}
-	exchange_free(request->exchange);
-	free(request);
-	atomic_fetch_sub(&server->active, 1);
+	/* What a client has left half sent is discarded. */
+	bool may_wait = exchange_may_wait(request->exchange);
+	if (!may_wait || !execute(server, &request->task, free_elsewhere))
+		free_request(request);
 }
 
 /* The api decodes the target itself. */
@@ -479,8 +584,15 @@ enum tw_status http_start(struct http_server **server, const struct http_setting
 	made->settings = *settings;
 	made->quiesced = MHD_INVALID_SOCKET;
 	pthread_mutex_init(&made->lock, NULL);
+	enum tw_status status = executor_new(&made->executor, WRITE_THREADS, error);
+	if (status != TW_OK) {
+		pthread_mutex_destroy(&made->lock);
+		free(made);
+		return status;
+	}
 	made->daemon = start_daemon(made);
 	if (!made->daemon) {
+		executor_free(made->executor);
 		pthread_mutex_destroy(&made->lock);
 		free(made);
 		return tw_fail(error, TW_ERROR_IO, "http", NULL,
@@ -523,6 +635,10 @@ void http_stop(struct http_server *server)
 {
 	if (!server)
 		return;
+	pthread_mutex_lock(&server->lock);
+	server->stopping = true;
+	pthread_mutex_unlock(&server->lock);
+	executor_free(server->executor);
 	resume_held(server, true);
 	MHD_stop_daemon(server->daemon);
 	if (server->quiesced != MHD_INVALID_SOCKET)

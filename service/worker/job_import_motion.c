@@ -6,6 +6,7 @@
 #include "solver/motion/fit.h"
 #include "solver/motion/options.h"
 #include "solver/motion/pack.h"
+#include "storage/upload.h"
 
 #include <math.h>
 #include <string.h>

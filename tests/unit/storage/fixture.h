@@ -10,12 +10,12 @@
 
 #include <cmocka.h>
 
-#include "storage/blob.h"
 #include "storage/jobs.h"
 #include "storage/queue.h"
 #include "storage/resources.h"
 #include "storage/store.h"
 #include "storage/sweep.h"
+#include "storage/upload.h"
 
 #include <sqlite3.h>
 #include <stdlib.h>
