@@ -221,6 +221,93 @@ static void eta_auto_lies_between_the_extremes_and_is_told(void **state)
 	tear_down(&bench);
 }
 
+/* The cheapest way between two vertices of the sheet with edges of a[e] + eta b[e], by Bellman and Ford: its length and
+ * its sum of a. */
+static void best_way(const struct bench *bench, const double *a, const double *b, double eta, const double *length,
+		     uint32_t from, uint32_t to, double sum[2])
+{
+	enum { VERTICES = 861 };
+	static double best[VERTICES], sums[VERTICES][2];
+	assert_int_equal(bench->garment.vertex_count, VERTICES);
+	for (uint32_t v = 0; v < VERTICES; v++)
+		best[v] = v == from ? 0 : INFINITY;
+	sums[from][0] = sums[from][1] = 0;
+	for (bool changed = true; changed;) {
+		changed = false;
+		for (uint32_t e = 0; e < 2 * bench->topology.edge_count; e++) {
+			const uint32_t *end = bench->topology.edge_vertex + 2 * (size_t)(e / 2);
+			uint32_t u = end[e % 2], v = end[1 - e % 2];
+			double weight = a[e / 2] + eta * b[e / 2];
+			if (!(best[u] + weight < best[v] - 1e-12))
+				continue;
+			best[v] = best[u] + weight;
+			sums[v][0] = sums[u][0] + length[e / 2];
+			sums[v][1] = sums[u][1] + a[e / 2];
+			changed = true;
+		}
+	}
+	memcpy(sum, sums[to], sizeof sums[to]);
+}
+
+/* Both curves between their own two ends, the softest and the shortest way: where a fine sweep sees them change places,
+ * there the eta is. */
+static void eta_auto_is_where_the_normalised_curves_cross(void **state)
+{
+	(void)state;
+	static const uint32_t pairs[][2] = {{415, 445}, {168, 690}, {90, 760}};
+	for (size_t p = 0; p < sizeof pairs / sizeof *pairs; p++) {
+		struct bench bench;
+		set_up(&bench, 0, 0.2);
+		const uint32_t edges = bench.topology.edge_count;
+		double *density_of = ARENA_ARRAY(bench.arena, bench.garment.face_count, double);
+		double *a = ARENA_ARRAY(bench.arena, edges, double), *b = ARENA_ARRAY(bench.arena, edges, double);
+		double *length = ARENA_ARRAY(bench.arena, edges, double),
+		       *none = ARENA_ZEROED(bench.arena, edges, double);
+		for (uint32_t f = 0; f < bench.garment.face_count; f++)
+			density_of[f] = 0.05 + pow(sin(f / 97.0) * cos(f % 80 / 13.0), 2);
+		struct field_options options = bench.field.options;
+		for (int k = 1; k >= 0; k--) {
+			options.eta_mpa = k;
+			assert_int_equal(field_weigh(&bench.field, bench.arena, &bench.garment, &bench.topology,
+						     density_of, &options, NULL, 1, NULL),
+					 TW_OK);
+			for (uint32_t e = 0; e < edges; e++)
+				(k ? b : a)[e] = (double)bench.field.weight[e] / bench.field.scale;
+		}
+		for (uint32_t e = 0; e < edges; e++) {
+			const uint32_t *end = bench.topology.edge_vertex + 2 * (size_t)e;
+			const double *u = bench.garment.position + 3 * (size_t)end[0];
+			const double *v = bench.garment.position + 3 * (size_t)end[1];
+			length[e] = hypot(u[0] - v[0], u[1] - v[1]);
+			b[e] -= a[e];
+		}
+		double softest[2], shortest[2], here[2], before = 0, after = 0;
+		best_way(&bench, a, b, 0, length, pairs[p][0], pairs[p][1], softest);
+		best_way(&bench, length, none, 0, length, pairs[p][0], pairs[p][1], shortest);
+		shortest[1] = 0;
+		/* The shortest way's deformation: the ways of a larger and larger eta come to it. */
+		best_way(&bench, a, length, 1e7, length, pairs[p][0], pairs[p][1], here);
+		assert_near(here[0], shortest[0], 1e-6);
+		shortest[1] = here[1];
+		for (double eta = 1e-4; eta < 1e4 && after == 0; eta *= 1.02) {
+			best_way(&bench, a, b, eta, length, pairs[p][0], pairs[p][1], here);
+			double longer = (here[0] - shortest[0]) / (softest[0] - shortest[0]);
+			double dearer = (here[1] - softest[1]) / (shortest[1] - softest[1]);
+			*(longer > dearer ? &before : &after) = eta;
+		}
+		assert_true(before > 0 && after > before);
+		char request[256];
+		snprintf(request, sizeof request,
+			 "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}],\"options\":{\"eta\":\"auto\"}}",
+			 pairs[p][0], pairs[p][1]);
+		compute(&bench, request);
+		double eta = member(json_object_get(bench.json, "field"), "eta_mpa");
+		if (!(eta > before * 0.99 && eta < after * 1.01))
+			fail_msg("eta %g is not between %g and %g", eta, before, after);
+		tear_down(&bench);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -231,6 +318,7 @@ int main(void)
 		cmocka_unit_test(a_price_keeps_wires_from_crossing_seams),
 		cmocka_unit_test(constraints_that_mean_nothing_are_named),
 		cmocka_unit_test(eta_auto_lies_between_the_extremes_and_is_told),
+		cmocka_unit_test(eta_auto_is_where_the_normalised_curves_cross),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
