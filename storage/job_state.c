@@ -232,8 +232,8 @@ static enum tw_status set_ended(struct store *store, int64_t job, enum job_state
 	bool failed = state == JOB_FAILED && failure;
 	bool has_result = state == JOB_SUCCEEDED || state == JOB_INCOMPLETE;
 	struct sql q = sql_query(store, "UPDATE job SET state = ?1, finished_ms = ?2, lease_until_ms = 0,"
-					" progress = CASE WHEN ?3 THEN 1.0 ELSE progress END,"
-					" partial = CASE WHEN ?3 THEN NULL ELSE partial END, failure_status = ?4,"
+					" progress = CASE WHEN ?3 = 1 THEN 1.0 ELSE progress END,"
+					" partial = CASE WHEN ?3 = 1 THEN NULL ELSE partial END, failure_status = ?4,"
 					" failure_type = ?5, failure_where = ?6, failure_text = ?7 WHERE number = ?8");
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, store_now_ms(store));
