@@ -2,6 +2,7 @@
 #include "api/job_view.h"
 #include "api/page.h"
 #include "api/resource.h"
+#include "solver/names.h"
 #include "storage/jobs.h"
 #include "storage/redrive.h"
 
@@ -29,14 +30,17 @@ enum tw_status get_job(struct api_call *call, struct tw_error *error)
 static enum tw_status parse_kind(const char *text, unsigned *kinds, struct tw_error *error)
 {
 	enum job_kind kind = JOB_IMPORT_MESH;
+	const char *names[JOB_KINDS];
 	*kinds = 0;
 	if (!text)
 		return TW_OK;
-	if (!job_kind_by_name(text, &kind))
-		return tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "kind",
-			       "kind is one of import_mesh, import_motion, compute_field, compute_layout and record");
-	*kinds = JOB_KIND_BIT(kind);
-	return TW_OK;
+	if (job_kind_by_name(text, &kind)) {
+		*kinds = JOB_KIND_BIT(kind);
+		return TW_OK;
+	}
+	for (kind = JOB_IMPORT_MESH; kind < JOB_KINDS; kind++)
+		names[kind] = job_kind_name(kind);
+	return names_refuse(&(struct names){names, JOB_KINDS}, "kind of job", text, "invalid-parameter", "kind", error);
 }
 
 enum tw_status list_jobs(struct api_call *call, struct tw_error *error)

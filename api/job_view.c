@@ -2,6 +2,7 @@
 
 #include "api/json.h"
 #include "api/problem.h"
+#include "solver/names.h"
 
 #include <string.h>
 
@@ -48,19 +49,24 @@ json_t *job_show(const struct job *job)
 	return json;
 }
 
+static enum tw_status refuse_state(const char *word, struct tw_error *error)
+{
+	const char *names[JOB_STATES];
+	for (enum job_state state = JOB_QUEUED; state < JOB_STATES; state++)
+		names[state] = job_state_name(state);
+	return names_refuse(&(struct names){names, JOB_STATES}, "state", word, "invalid-parameter", "state", error);
+}
+
 enum tw_status job_states_parse(const char *text, unsigned *states, struct tw_error *error)
 {
 	*states = 0;
 	while (text && *text) {
-		char word[16] = "";
+		char word[32];
 		size_t length = strcspn(text, ",");
 		enum job_state state = JOB_QUEUED;
-		if (length < sizeof word)
-			memcpy(word, text, length);
+		snprintf(word, sizeof word, "%.*s", (int)(length < sizeof word ? length : sizeof word), text);
 		if (!job_state_by_name(word, &state))
-			return tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "state",
-				       "state is a list of queued, running, succeeded, failed, cancelled and "
-				       "incomplete, with commas");
+			return refuse_state(word, error);
 		*states |= 1u << state;
 		text += length + (text[length] == ',');
 	}

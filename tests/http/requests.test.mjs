@@ -390,7 +390,12 @@ test('jobs are redriven in bulk by kind, state and problem', async () => {
   for (const id of ids) assert.equal(await stateOf(id), 'queued');
   await refuses(redrive('?state=queued'), 400, 'invalid-parameter');
   await refuses(redrive('?state=failed,running'), 400, 'invalid-parameter');
-  await refuses(redrive('?kind=paint'), 400, 'invalid-parameter');
+  const paint = await redrive('?kind=compute_lay');
+  assert.equal(paint.status, 400);
+  assert.match(paint.json.detail, /did you mean compute_layout\?.*import_mesh, import_motion, compute_field/);
+  const lost = await service.get('/v1/jobs?state=queued,faild');
+  assert.equal(lost.status, 400);
+  assert.match(lost.json.detail, /no state "faild"; did you mean failed\?.*incomplete/);
   await refuses(redrive('?limit=3'), 400, 'unknown-parameter');
 });
 
