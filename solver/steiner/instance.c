@@ -5,6 +5,7 @@
 
 #include "solver/splitmix.h"
 
+#include <assert.h>
 #include <string.h>
 
 static unsigned bits(uint64_t x)
@@ -187,10 +188,10 @@ uint32_t instance_join(struct instance *instance, uint32_t origin_a, uint32_t or
 
 void instance_take(struct instance *instance, uint32_t origin, fine_t weight)
 {
-	if (instance->taken_count < instance->taken_capacity) {
-		instance->taken[instance->taken_count++] = origin;
-		instance->base += weight;
-	}
+	/* Every taken origin contracts an edge, and there is room for one for each vertex. */
+	assert(instance->taken_count < instance->taken_capacity);
+	instance->taken[instance->taken_count++] = origin;
+	instance->base += weight;
 }
 
 /* Drops all but the lightest of parallel edges, in place: for each vertex in turn the edges to later vertices. */
@@ -230,6 +231,7 @@ static void copy_edges(struct instance *instance, const struct instance_edit *ed
 		instance->origin[count] = edit->origin[e];
 		count++;
 	}
+	assert(count <= edit->edge_count);
 	instance->edge_count = count;
 }
 
@@ -330,6 +332,7 @@ enum tw_status instance_expand(const struct instance *instance, struct arena *sc
 		for (uint32_t i = 0; i < instance->taken_count; i++)
 			stack[top++] = instance->taken[i];
 		while (top) {
+			assert(top <= room);
 			uint32_t origin = stack[--top];
 			if (seen[origin])
 				continue;

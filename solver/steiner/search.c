@@ -169,6 +169,7 @@ static enum tw_status keep_if_better(struct search *search, const struct weighte
 		return status;
 	memcpy(search->best_edges, edges, kept * sizeof *edges);
 	search->best_count = kept;
+	assert(fine >= search->proven); /* else the bound was none */
 	search->best_weight = weight;
 	search->best_fine = fine;
 	return TW_OK;

@@ -48,8 +48,8 @@ struct steiner_options {
 	double time_limit_s; /* wall clock; 0 for none. Makes the answer depend on the machine */
 	uint64_t work_limit; /* work units; 0 for none. Deterministic */
 	size_t memory_limit; /* bytes of scratch memory; 0 for none. Deterministic */
-	unsigned threads; /* that grow terminal sets; 0 and 1: the calling one only. Never changes the answer: helpers
-			     go home when memory becomes scarce, and what they hold does not count */
+	unsigned threads;    /* that grow terminal sets; 0 and 1: the calling one only. Never changes the answer: helper
+				threads end when half of memory_limit is used up, and what they hold does not count */
 	/* [graph->edge_count] borrowed; may be NULL. With it the optimum is unique by construction: of the lightest
 	 * trees the one of least sum of tie-breaks. Good ones are hashes of where an edge lies, which know no
 	 * numbering; two trees that agree in both sums are as unlikely as hashes of 32 bits can make it. Without, any

@@ -8,6 +8,7 @@
 #include "solver/steiner/dual/dual.h"
 #include "solver/steiner/search.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { ASCENT_SHARE = 150, IMPROVE_SHARE = 2200, LEAST_SHARE = 300 }; /* work units for each edge */
@@ -109,6 +110,8 @@ static enum tw_status write_dual(const struct search *search, const struct dual 
 	for (uint32_t t = 0; t < k; t++)
 		if (first[t] != INSTANCE_NONE)
 			sum_balls(dual, first[t], next, name, deficit, unit, certificate);
+	for (size_t v = 0; v < n; v++)
+		assert(!deficit[v]);
 	certificate->certified =
 		certificate->total / certificate->scale + (certificate->total % certificate->scale != 0);
 	return TW_OK;

@@ -2,7 +2,7 @@
  * independent.
  *
  * Potentials are taken one after the other. The arcs that a potential takes something from all enter a member of it, as
- * p(u) - p(v) is positive only where p(v) is below the radius; so a dense array holds the potential in hand, and the
+ * p(u) - p(v) is positive only where p(v) is below the radius; so a dense array holds the current potential, and the
  * rows of the members are looked at. `taken` sums up by arc over all potentials, and is compared with the weights at
  * the end. Sums that do not fit 64 bits are refused, never wrapped. */
 #include "solver/steiner/certificate/certificate.h"
@@ -14,7 +14,7 @@ struct check {
 	const struct steiner_certificate *certificate;
 	const struct graph *graph;
 	uint8_t *is_open;  /* [vertex_count] a terminal without a potential yet */
-	uint64_t *value;   /* [vertex_count] of the potential in hand; UINT64_MAX: no member */
+	uint64_t *value;   /* [vertex_count] of the current potential; UINT64_MAX: no member */
 	uint64_t *taken;   /* [2 * edge_count] from the arc that enters the vertex in whose row it stands */
 	uint32_t *tree;    /* [tree_count] edges of the graph */
 	uint8_t *is_taken; /* [edge_count] the edge is in `tree` already */

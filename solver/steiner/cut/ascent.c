@@ -12,7 +12,7 @@
 struct ascent {
 	const struct cut_problem *problem;
 	int64_t *cost;
-	uint32_t *set;    /* [vertex_count] the set in hand */
+	uint32_t *set;    /* [vertex_count] the current set */
 	uint32_t *inside; /* [vertex_count] == mark: in the set */
 	uint32_t mark;
 	uint32_t *size; /* [target_count] of the target's last set; 0: the root was in it */

@@ -9,7 +9,7 @@
  * with the vertex: this finds trees, and closes soon. For the second child the program goes back to the basis of the
  * node above.
  *
- * The search can be interrupted anywhere and goes on at the node in hand: its decisions, rows and deletions stay.
+ * The search can be interrupted anywhere and goes on at the current node: its decisions, rows and deletions stay.
  *
  * Sound because: bounds are proven in integers (cut_lp.c); a row holds wherever its target must be reached, and names
  * all arcs but those deleted at the root of the search; every arc deleted by reduced costs is put back on leaving the

@@ -8,6 +8,8 @@
 
 #include "solver/steiner/search.h"
 
+#include <assert.h>
+
 struct cut_problem {
 	struct search *search;           /* borrowed */
 	const struct instance *instance; /* borrowed: search->instance */
@@ -59,6 +61,7 @@ struct cut_pool {
 /* Closes a row whose arcs were written from pool->start[pool->count] on, up to `end`. */
 static inline void cut_pool_close(struct cut_pool *pool, size_t end, uint8_t least, uint32_t target)
 {
+	assert(pool->count < pool->capacity && end <= pool->arc_capacity);
 	pool->least[pool->count] = least;
 	pool->target[pool->count] = target;
 	pool->number[pool->count] = pool->next_number++;
@@ -74,7 +77,7 @@ static inline int cut_pool_add(struct cut_pool *pool, const struct cut_problem *
 {
 	const struct instance *instance = problem->instance;
 	size_t at = pool->start[pool->count];
-	if (pool->count == pool->capacity)
+	if (pool->count == pool->capacity || pool->next_number == UINT32_MAX)
 		return 0;
 	for (uint32_t i = 0; i < member_count; i++) {
 		const uint32_t v = members[i];

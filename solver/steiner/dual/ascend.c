@@ -5,7 +5,6 @@
  * guide allows: a terminal whose ball would cut it in two waits for the others. When all that are left wait, the guide
  * is of no more use to them, and they grow without. */
 #include "solver/steiner/dual/ball.h"
-#include "solver/steiner/dual/guide.h"
 
 /* One turn: grows every terminal of the group up to the limit on its value. Drops those that reach the root; true when
  * nothing will change in the next turn. */
@@ -44,7 +43,7 @@ enum tw_status dual_ascend_group(struct dual *dual, struct search *search, uint3
 				 uint64_t limit, unsigned factor_percent, int guided)
 {
 	enum tw_status status = TW_OK;
-	guided &= dual->guide_count > 0;
+	guided &= dual->guide.count > 0;
 	while (count && status == TW_OK) {
 		int stuck;
 		status = take_turn(dual, search, group, &count, limit, guided, &stuck);
@@ -66,8 +65,8 @@ enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned fa
 	for (uint32_t t = 0; t < dual->instance->terminal_count; t++)
 		if (t != dual->root) {
 			growing[count++] = t;
-			if (dual->near_distance[t] < least)
-				least = dual->near_distance[t];
+			if (dual->survey->near_distance[t] < least)
+				least = dual->survey->near_distance[t];
 		}
 	return dual_ascend_group(dual, search, growing, count, least / 2 + 1, factor_percent, 1);
 }
@@ -98,8 +97,8 @@ static uint32_t next_in_middle(const struct dual *dual, uint32_t last)
 {
 	uint32_t best = INSTANCE_NONE;
 	for (uint32_t t = 0; t < dual->instance->terminal_count; t++)
-		if (comes_after(dual->middle, t, last) &&
-		    (best == INSTANCE_NONE || dual->middle[t] < dual->middle[best]))
+		if (comes_after(dual->survey->middle, t, last) &&
+		    (best == INSTANCE_NONE || dual->survey->middle[t] < dual->survey->middle[best]))
 			best = t;
 	return best;
 }

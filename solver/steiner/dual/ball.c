@@ -2,7 +2,7 @@
  *
  * Data: every arc stands in the row of the vertex that it enters, with its reduced cost beside it, so that the
  * backward Dijkstra from a terminal reads one row for each vertex it settles. Nothing here costs more than the balls
- * that are touched. Vertices at the very distance in hand, and reduced graphs are full of arcs that cost nothing, go to
+ * that are touched. Vertices at the very current distance, and reduced graphs are full of arcs that cost nothing, go to
  * a stack instead of the queue.
  *
  * Sound: for s below the radius, which is at most the root's distance, the set {D <= s} holds the terminal and not the
@@ -10,16 +10,18 @@
  * cost. */
 #include "solver/steiner/dual/ball.h"
 
-#include "solver/steiner/dual/guide.h"
 #include "solver/steiner/dual/queue.h"
 
+#include <assert.h>
 #include <string.h>
 
 static void scatter(const struct dual *dual, const struct dual_ball *ball)
 {
 	const struct dual_member *member = dual->member + ball->start;
-	for (uint32_t i = 0; i < ball->count; i++)
+	for (uint32_t i = 0; i < ball->count; i++) {
+		assert(dual->distance[member[i].vertex] == UINT32_MAX);
 		dual->distance[member[i].vertex] = member[i].distance;
+	}
 }
 
 static void gather(const struct dual *dual, const struct dual_ball *ball)
@@ -43,6 +45,7 @@ static void shift_costs(const struct dual *dual, const struct dual_ball *ball, u
 			uint32_t outer = distance[arc[a].tail];
 			outer = outer < radius ? outer : radius;
 			uint32_t share = outer > d ? outer - d : 0;
+			assert(sign || arc[a].cost >= share);
 			arc[a].cost -= (share ^ sign) - sign;
 		}
 	}
@@ -50,10 +53,11 @@ static void shift_costs(const struct dual *dual, const struct dual_ball *ball, u
 
 void dual_take_out(struct dual *dual, struct search *search, struct dual_ball *ball)
 {
+	assert(ball->applied);
 	scatter(dual, ball);
 	shift_costs(dual, ball, UINT32_MAX);
 	gather(dual, ball);
-	ball->applied = 0;
+	ball->applied = false;
 	dual->value[ball->terminal] -= ball->radius;
 	dual->bound -= ball->radius;
 	search->work += 2 * (uint64_t)ball->count;
@@ -61,10 +65,11 @@ void dual_take_out(struct dual *dual, struct search *search, struct dual_ball *b
 
 void dual_put_back(struct dual *dual, struct search *search, struct dual_ball *ball)
 {
+	assert(!ball->applied && ball->terminal != INSTANCE_NONE);
 	scatter(dual, ball);
 	shift_costs(dual, ball, 0);
 	gather(dual, ball);
-	ball->applied = 1;
+	ball->applied = true;
 	dual->value[ball->terminal] += ball->radius;
 	dual->bound += ball->radius;
 	search->work += 2 * (uint64_t)ball->count;
@@ -135,6 +140,7 @@ static inline struct dual_front settle(struct dual *dual, uint32_t terminal, uin
 	int32_t parts = 0;
 	size_t queued = 0, stacked = 0;
 	enum dual_stop stop = DUAL_AT_LIMIT;
+	assert(distance[instance->terminal[terminal]] == UINT32_MAX);
 	distance[instance->terminal[terminal]] = 0;
 	stack[stacked++] = instance->terminal[terminal];
 	for (;;) {
@@ -160,8 +166,9 @@ static inline struct dual_front settle(struct dual *dual, uint32_t terminal, uin
 			break;
 		}
 		if (guided) {
+			assert(!dual->inside[v]);
 			dual->inside[v] = 1;
-			parts += dual_guide_parts(dual, v);
+			parts += dual_guide_parts(&dual->guide, dual->inside, v);
 		}
 		for (uint32_t a = first[v], end = first[v + 1]; a < end; a++) {
 			uint32_t u = arc[a].tail, longer = d + arc[a].cost;
@@ -170,6 +177,7 @@ static inline struct dual_front settle(struct dual *dual, uint32_t terminal, uin
 			distance[u] = longer;
 			if (u == root)
 				limit = longer + 1;
+			assert(queued + stacked < 2 * (size_t)instance->edge_count + instance->terminal_count);
 			if (longer == d)
 				stack[stacked++] = u;
 			else
@@ -194,6 +202,8 @@ static void wipe(struct dual *dual, const struct dual_front *front, int guided)
 
 enum dual_stop dual_grow(struct dual *dual, struct search *search, uint32_t terminal, uint32_t limit, int guided)
 {
+	assert(dual->ball_count < dual->ball_capacity &&
+	       dual->member_count + dual->instance->vertex_count <= dual->member_capacity && terminal != dual->root);
 	const uint32_t most = limit < DUAL_FAR ? limit : DUAL_FAR;
 	const struct dual_front front = guided ? settle(dual, terminal, most, 1) : settle(dual, terminal, most, 0);
 	const struct dual_member *member = dual->member + dual->member_count;
@@ -202,8 +212,8 @@ enum dual_stop dual_grow(struct dual *dual, struct search *search, uint32_t term
 		.radius = front.radius,
 		.start = dual->member_count,
 		.count = front.settled,
-		.epoch = dual->epoch,
-		.applied = 1,
+		.is_new = true,
+		.applied = true,
 	};
 	while (ball.count && member[ball.count - 1].distance >= ball.radius)
 		ball.count--;

@@ -11,10 +11,14 @@
 #ifndef SOLVER_STEINER_DUAL_DUAL_H
 #define SOLVER_STEINER_DUAL_DUAL_H
 
+#include "solver/steiner/dual/coarse.h"
+#include "solver/steiner/dual/guide.h"
+#include "solver/steiner/dual/survey.h"
 #include "solver/steiner/search.h"
 
-/* All costs of the dual are *coarse*: fine weights shifted right by coarse_shift, rounded down to 32 bits. (x <<
- * coarse_shift) is the fine figure, still a lower bound. */
+struct dual_faults;
+
+/* All costs are coarse (coarse.h). */
 struct dual_arc {
 	uint32_t
 		tail; /* the arc enters the vertex in whose row it stands: rows as in instance.first, tail == head[a] */
@@ -32,12 +36,9 @@ struct dual_ball {
 	uint32_t radius;
 	size_t start; /* members[start … start + count) */
 	uint32_t count;
-	uint32_t epoch; /* dual.epoch when it was grown */
-	int applied;    /* its costs are taken from the arcs */
+	bool is_new;  /* grown in the current step of the local search */
+	bool applied; /* its costs are taken from the arcs */
 };
-
-/* More than any distance that matters: the best tree is lighter. */
-#define DUAL_FAR (1u << 30)
 
 struct dual {
 	struct arena *arena;             /* borrowed: of the arrays below */
@@ -54,43 +55,30 @@ struct dual {
 	struct dual_member *member;
 	size_t member_count, member_capacity;
 
-	uint32_t *distance; /* [vertex_count] scratch; UINT32_MAX between calls */
-	uint64_t *queue;    /* [queue_capacity] scratch: distance << 32 | vertex */
-	uint32_t *stack;    /* [2 * edge_count] scratch: vertices at the distance in hand */
-	uint32_t *near;     /* [terminal_count * near_count] the nearest other terminals, nearest first */
-	uint32_t near_count;
-	uint32_t *near_distance; /* [terminal_count] to the nearest */
-	uint32_t epoch;          /* counts the steps of the local search */
-	/* The tree that the growth is guided by, hanging from the root; none when guide_count is 0. guide.h. */
-	uint32_t guide_count;   /* vertices */
-	uint32_t *guide_vertex; /* [guide_count] each after its parent */
-	uint32_t *guide_first;  /* [vertex_count + 1] rows of guide_next */
-	uint32_t *guide_next;   /* neighbours in the tree */
-	uint32_t *guide_parent; /* [vertex_count] INSTANCE_NONE at the root and outside of the tree */
-	uint8_t *inside;        /* [vertex_count] scratch: the vertex is in the ball that grows; 0 between calls */
-	struct dual_fault *fault;
-	uint32_t fault_count, fault_capacity;
-	uint64_t fault_sum; /* of the losses */
+	const struct dual_survey *survey; /* borrowed: of the first dual's arena */
+	struct dual_guide guide;          /* the tree that the growth is guided by */
+	struct dual_faults *faults;       /* fault.h */
+	uint64_t random;                  /* state of the generator that picks what to grow anew */
 
-	uint64_t *inner;  /* [terminal_count] scratch */
-	uint64_t *middle; /* [terminal_count] small for terminals in the middle of all: they make good roots */
-	uint64_t random;  /* state of the generator that picks what to grow anew */
+	/* Scratch. */
+	uint32_t *distance; /* [vertex_count] UINT32_MAX between calls */
+	uint64_t *queue;    /* [2 * edge_count + terminal_count] distance << 32 | vertex */
+	uint32_t *stack;    /* [2 * edge_count + terminal_count] vertices at the current distance */
+	uint8_t *inside;    /* [vertex_count] the vertex is in the ball that grows; 0 between calls */
+	uint64_t *inner;    /* [terminal_count] */
 };
 
 /* Sets up a dual without balls for search->instance and surveys its terminals. Everything is allocated from
- * search->arena and stays until the caller releases it. There must be a tree (its weight chooses coarse_shift). */
+ * search->arena and stays until the caller releases it. There must be a tree (its weight chooses coarse_shift),
+ * and two terminals. */
 enum tw_status dual_init(struct dual *dual, struct search *search) TW_NODISCARD;
 
 /* Another one for the same instance, with the survey of `from`, which it borrows. */
 enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from) TW_NODISCARD;
 
 /* Takes all balls away and chooses the root, the index of a terminal: then the dual may ascend. The search's best tree
- * becomes its guide (guide.c), and does so again with every dual_improve. */
+ * becomes its guide (guide.h), and does so again with every dual_improve. */
 enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root) TW_NODISCARD;
-
-/* For dual_init: fills near, near_distance and middle. Below, what a fine weight is in coarse units. */
-enum tw_status dual_survey(struct dual *dual, struct search *search) TW_NODISCARD;
-uint32_t dual_coarse(const struct dual *dual, fine_t fine);
 
 /* Grows first balls around all terminals, in turns whose limit grows by this factor. */
 enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned factor_percent) TW_NODISCARD;

@@ -1,35 +1,37 @@
-/* The tree that guides the dual. For the dual's own files. */
+/* The tree that guides the dual: the best one, hanging from the root.
+ *
+ * Complementary slackness: for a tree T directed away from the root, weight(T) - bound is the sum of two losses, the
+ * costs that are left on the arcs of T, and, for every cut, its value times the number of arcs beyond the first by
+ * which T enters it. An ascent that knows a light tree can avoid the second: a ball stops growing as soon as it cuts
+ * the tree in two parts, and waits until the balls of other terminals have made the way between the parts free. Any
+ * tree will do for a sound bound, because it only chooses the order of growth. */
 #ifndef SOLVER_STEINER_DUAL_GUIDE_H
 #define SOLVER_STEINER_DUAL_GUIDE_H
 
-#include "solver/steiner/dual/dual.h"
+#include "solver/steiner/search.h"
 
-/* Something that keeps the bound below the guide's weight, by `loss`: balls of the terminal that the guide enters more
- * than once, above `level` of the terminal's value; or an arc of the guide above the terminal with a cost that is left
- * (level UINT64_MAX). */
-struct dual_fault {
-	uint64_t loss;
-	uint64_t level;
-	uint32_t terminal;
+struct dual_guide {
+	uint32_t count;   /* vertices of the tree; 0: there is no guide */
+	uint32_t *vertex; /* [count] each after its parent */
+	uint32_t *first;  /* [vertex_count + 1] rows of next */
+	uint32_t *next;   /* neighbours in the tree */
+	uint32_t *parent; /* [vertex_count] INSTANCE_NONE at the root and outside of the tree */
 };
 
-/* Room for the guide and its faults; for dual_init and dual_transfer. The dual has no guide yet. */
-enum tw_status dual_guide_allocate(struct dual *dual, struct search *search) TW_NODISCARD;
+/* Room for a tree of search->instance, from search->arena; no guide yet. TW_ERROR_MEMORY. */
+enum tw_status dual_guide_allocate(struct dual_guide *guide, struct search *search) TW_NODISCARD;
 
-/* Makes the best tree the guide; there is none when the instance does not hold all of the tree, or when guiding is
- * switched off. TW_ERROR_MEMORY only. */
-enum tw_status dual_guide(struct dual *dual, struct search *search) TW_NODISCARD;
+/* Makes the best tree the guide, hanging from the vertex `root`; there is none when the instance does not hold all of
+ * the tree, or when guiding is switched off. TW_ERROR_MEMORY only. */
+enum tw_status dual_guide_set(struct dual_guide *guide, struct search *search, uint32_t root) TW_NODISCARD;
 
-/* Fills dual->fault. The losses sum to what the bound is below the guide's weight, but for those that did not fit. */
-void dual_find_faults(struct dual *dual, struct search *search);
-
-/* Around the vertices of a ball, one by one as they are settled: in how many parts the ball cuts the guide. Each of
- * them is entered by one arc of the guide. `inside` is to be wiped by dual_guide_leave. */
-static inline int32_t dual_guide_parts(const struct dual *dual, uint32_t v)
+/* In how many parts a ball cuts the guide, counted while its vertices are settled one by one: what v adds. Each part is
+ * entered by one arc of the guide. inside[vertex]: settled before. */
+static inline int32_t dual_guide_parts(const struct dual_guide *guide, const uint8_t *inside, uint32_t v)
 {
-	int32_t parts = dual->guide_first[v + 1] > dual->guide_first[v];
-	for (uint32_t i = dual->guide_first[v]; i < dual->guide_first[v + 1]; i++)
-		parts -= dual->inside[dual->guide_next[i]];
+	int32_t parts = guide->first[v + 1] > guide->first[v];
+	for (uint32_t i = guide->first[v]; i < guide->first[v + 1]; i++)
+		parts -= inside[guide->next[i]];
 	return parts;
 }
 

@@ -4,7 +4,7 @@
  * coarser or finer turns; what is no worse is kept, so that the search can walk along plateaus. Which terminals: mostly
  * where the guide tells that the bound is lost, sometimes any, because the guide need not be an optimum. */
 #include "solver/steiner/dual/ball.h"
-#include "solver/steiner/dual/guide.h"
+#include "solver/steiner/dual/fault.h"
 
 #include <string.h>
 
@@ -30,11 +30,11 @@ static void gather_around(struct dual *dual, struct step *step, uint32_t centre,
 {
 	const uint32_t most = dual_draw(dual, 32) ? GROUP_USUAL : GROUP_MOST;
 	const uint32_t size = GROUP_LEAST + (uint32_t)dual_draw(dual, most - GROUP_LEAST + 1);
-	const uint32_t *near = dual->near + (size_t)centre * dual->near_count;
+	const uint32_t *near = dual->survey->near + (size_t)centre * dual->survey->near_count;
 	step->count = 0;
 	if (centre != dual->root)
 		step->group[step->count++] = centre;
-	for (uint32_t i = 0; i < dual->near_count && step->count < size; i++)
+	for (uint32_t i = 0; i < dual->survey->near_count && step->count < size; i++)
 		if (near[i] != dual->root && (!gaps || dual_draw(dual, 2)))
 			step->group[step->count++] = near[i];
 }
@@ -64,14 +64,15 @@ static uint64_t pick_level(struct dual *dual, uint32_t terminal)
 	return level;
 }
 
-/* Takes out the group's balls beyond the level; they stay remembered. Balls share no cost, so that any of them may
- * stay. */
+/* Begins a step: takes out the group's balls beyond the level; they stay remembered. Balls share no cost, so that any
+ * of them may stay. */
 static void cut_back(struct dual *dual, struct search *search, const struct step *step)
 {
 	for (uint32_t i = 0; i < step->count; i++)
 		dual->inner[step->group[i]] = 0;
 	for (uint32_t b = 0; b < dual->ball_count; b++) {
 		struct dual_ball *ball = &dual->ball[b];
+		ball->is_new = false;
 		if (!ball->applied || !belongs(ball, step->group, step->count))
 			continue;
 		dual->inner[ball->terminal] += ball->radius;
@@ -84,7 +85,7 @@ static void cut_back(struct dual *dual, struct search *search, const struct step
 static void settle_on(struct dual *dual, struct search *search, int new)
 {
 	for (uint32_t b = 0; b < dual->ball_count && !new; b++)
-		if (dual->ball[b].applied && dual->ball[b].epoch == dual->epoch) {
+		if (dual->ball[b].applied && dual->ball[b].is_new) {
 			dual_take_out(dual, search, &dual->ball[b]);
 			dual->ball[b].terminal = INSTANCE_NONE;
 		}
@@ -107,8 +108,8 @@ static void choose_anywhere(struct dual *dual, struct step *step)
 /* At a fault, the likelier the more it loses. */
 static void choose_fault(struct dual *dual, struct step *step)
 {
-	uint64_t at = dual_draw(dual, dual->fault_sum);
-	const struct dual_fault *fault = dual->fault;
+	uint64_t at = dual_draw(dual, dual->faults->sum);
+	const struct dual_fault *fault = dual->faults->fault;
 	while (at >= fault->loss)
 		at -= fault++->loss;
 	gather_around(dual, step, fault->terminal, (int)dual_draw(dual, 2));
@@ -123,17 +124,16 @@ static enum tw_status try_step(struct dual *dual, struct search *search, int *ga
 {
 	static const unsigned factors[] = {130, 150, 200, 300, 300, 1000};
 	struct step step = {0};
-	if (dual->fault_sum && dual_draw(dual, 4))
+	if (dual->faults->sum && dual_draw(dual, 4))
 		choose_fault(dual, &step);
 	else
 		choose_anywhere(dual, &step);
 	const uint64_t before = dual->bound;
 	uint64_t least = 2 * step.level;
 	for (uint32_t i = 0; i < step.count && !step.level; i++)
-		if (!i || dual->near_distance[step.group[i]] < least)
-			least = dual->near_distance[step.group[i]];
+		if (!i || dual->survey->near_distance[step.group[i]] < least)
+			least = dual->survey->near_distance[step.group[i]];
 	cut_back(dual, search, &step);
-	dual->epoch++;
 	shuffle(dual, step.group, step.count);
 	const int guided = dual_draw(dual, 8) > 0;
 	const enum tw_status status = dual_ascend_group(dual, search, step.group, step.count, least / 2 + 1,
@@ -147,13 +147,13 @@ static enum tw_status try_step(struct dual *dual, struct search *search, int *ga
 enum tw_status dual_improve(struct dual *dual, struct search *search, uint64_t effort, fine_t target)
 {
 	const uint64_t end = search->work + effort;
-	enum tw_status status = dual_guide(dual, search);
-	dual->fault_count = 0;
-	dual->fault_sum = 0;
+	enum tw_status status = dual_guide_set(&dual->guide, search, dual->instance->terminal[dual->root]);
+	dual->faults->count = 0;
+	dual->faults->sum = 0;
 	uint32_t steps = 0;
 	int gained = 0;
 	while (status == TW_OK && search->work < end && dual_fine_bound(dual) < target) {
-		if (dual->guide_count && (gained || steps++ % FAULT_STEPS == 0))
+		if (dual->guide.count && (gained || steps++ % FAULT_STEPS == 0))
 			dual_find_faults(dual, search);
 		status = try_step(dual, search, &gained);
 	}

@@ -2,101 +2,158 @@
  *
  * One Dijkstra from all terminals splits the graph into Voronoi regions; the region graph, whose edges are the shortest
  * ways across borders, tells distances between terminals well enough to choose by. */
-#include "solver/steiner/dual/dual.h"
+#include "solver/steiner/dual/survey.h"
+
+#include "solver/steiner/dual/coarse.h"
 #include "solver/steiner/dual/queue.h"
 
+#include <assert.h>
 #include <string.h>
 
-enum { MIDDLE_TERMINALS = 256 };
+/* Of more terminals only the nearest are looked for, and none is in the middle: a Dijkstra over the region graph takes
+ * time quadratic in them. NEAR_COUNT covers the largest group of improve.c. */
+enum { MIDDLE_TERMINALS = 256, NEAR_COUNT = 24 };
 
-/* Distances between neighbouring Voronoi regions, and from them the nearest terminals of each: a Dijkstra over the
- * small region graph, given as a dense matrix for the few terminals at hand. */
-static void find_near(struct dual *dual, const uint32_t *base, const uint32_t *distance, uint32_t *border)
+/* Scratch, and the regions. */
+struct regions {
+	const struct instance *instance;
+	unsigned coarse_shift;
+	uint32_t *base;     /* [vertex_count] index of the nearest terminal */
+	uint32_t *distance; /* [vertex_count] to it */
+	uint32_t *border;   /* [terminal_count * terminal_count] shortest ways between neighbouring regions */
+	uint32_t *reach;    /* [terminal_count] from one terminal over borders */
+	uint8_t *done;      /* [terminal_count] */
+	uint64_t *queue;    /* [2 * edge_count + terminal_count] */
+};
+
+static enum tw_status allocate(struct regions *regions, struct search *search, unsigned coarse_shift)
 {
-	const struct instance *instance = dual->instance;
-	uint32_t k = instance->terminal_count;
-	memset(border, 0xff, (size_t)k * k * sizeof *border);
-	for (uint32_t e = 0; e < instance->edge_count; e++) {
-		uint32_t u = instance->ends[2 * e], v = instance->ends[2 * e + 1], a = base[u], b = base[v];
-		if (a == b || a == INSTANCE_NONE || b == INSTANCE_NONE)
-			continue;
-		uint32_t length = distance[u] + dual_coarse(dual, instance->weight[e]) + distance[v];
-		if (length < border[(size_t)a * k + b])
-			border[(size_t)a * k + b] = border[(size_t)b * k + a] = length;
-	}
-	for (uint32_t t = 0; t < k; t++) {
-		uint32_t *reach = dual->distance, *near = dual->near + (size_t)t * dual->near_count, count = 0;
-		for (uint32_t b = 0; b < k; b++)
-			reach[b] = border[(size_t)t * k + b];
-		reach[t] = 0;
-		uint8_t *done = (uint8_t *)dual->stack;
-		memset(done, 0, k);
-		done[t] = 1;
-		uint64_t sum = 0, furthest = 0;
-		/* All distances for a few terminals, only the nearest for many. */
-		uint32_t wanted = k <= MIDDLE_TERMINALS ? k - 1 : dual->near_count;
-		for (uint32_t found = 0; found < wanted; found++) {
-			uint32_t best = t;
-			for (uint32_t b = 0; b < k; b++)
-				if (!done[b] && (best == t || reach[b] < reach[best]))
-					best = b;
-			done[best] = 1;
-			if (count < dual->near_count)
-				near[count++] = best;
-			if (reach[best] == UINT32_MAX)
-				continue;
-			sum += reach[best];
-			furthest = reach[best];
-			for (uint32_t b = 0; b < k; b++) {
-				uint32_t hop = border[(size_t)best * k + b];
-				if (hop != UINT32_MAX && reach[best] + hop < reach[b])
-					reach[b] = reach[best] + hop;
-			}
-		}
-		dual->middle[t] = k <= MIDDLE_TERMINALS ? sum / k + furthest : 0;
-		dual->near_distance[t] = count ? reach[near[0]] : 0;
-	}
-	memset(dual->distance, 0xff, k * sizeof *dual->distance);
+	struct arena *arena = search->arena;
+	const struct instance *instance = &search->instance;
+	const size_t n = instance->vertex_count, k = instance->terminal_count;
+	*regions = (struct regions){
+		.instance = instance,
+		.coarse_shift = coarse_shift,
+		.base = ARENA_ARRAY(arena, n, uint32_t),
+		.distance = ARENA_ARRAY(arena, n, uint32_t),
+		.border = ARENA_ARRAY(arena, k * k, uint32_t),
+		.reach = ARENA_ARRAY(arena, k, uint32_t),
+		.done = ARENA_ARRAY(arena, k, uint8_t),
+		.queue = ARENA_ARRAY(arena, 2 * (size_t)instance->edge_count + k, uint64_t),
+	};
+	return regions->base && regions->distance && regions->border && regions->reach && regions->done &&
+			       regions->queue
+		       ? TW_OK
+		       : TW_ERROR_MEMORY;
 }
 
-enum tw_status dual_survey(struct dual *dual, struct search *search)
+static void grow_regions(struct regions *regions)
 {
-	const struct instance *instance = dual->instance;
-	size_t n = instance->vertex_count, k = instance->terminal_count;
-	struct arena_mark mark = arena_mark(search->arena);
-	uint32_t *base = ARENA_ARRAY(search->arena, n, uint32_t);
-	uint32_t *border = ARENA_ARRAY(search->arena, k * k, uint32_t);
-	if (!base || !border)
-		return TW_ERROR_MEMORY;
-	uint32_t *distance = dual->distance;
+	const struct instance *instance = regions->instance;
+	uint32_t *base = regions->base, *distance = regions->distance;
 	size_t count = 0;
-	memset(base, 0xff, n * sizeof *base);
-	for (uint32_t t = 0; t < k; t++) {
+	memset(base, 0xff, instance->vertex_count * sizeof *base);
+	memset(distance, 0xff, instance->vertex_count * sizeof *distance);
+	for (uint32_t t = 0; t < instance->terminal_count; t++) {
 		distance[instance->terminal[t]] = 0;
 		base[instance->terminal[t]] = t;
-		queue_push(dual->queue, &count, instance->terminal[t]);
+		queue_push(regions->queue, &count, instance->terminal[t]);
 	}
 	while (count) {
-		uint64_t key = queue_pop(dual->queue, &count);
-		uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
+		const uint64_t key = queue_pop(regions->queue, &count);
+		const uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
 		if (d != distance[v])
 			continue;
 		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
-			uint32_t u = dual->arc[a].tail, longer = d + dual->arc[a].cost;
+			const uint32_t u = instance->head[a];
+			const uint32_t longer =
+				d + coarse_of(instance->weight[instance->edge[a]], regions->coarse_shift);
 			if (longer >= distance[u] || longer >= DUAL_FAR)
 				continue;
 			distance[u] = longer;
 			base[u] = base[v];
-			queue_push(dual->queue, &count, (uint64_t)longer << 32 | u);
+			queue_push(regions->queue, &count, (uint64_t)longer << 32 | u);
 		}
 	}
-	uint32_t *kept = ARENA_ARRAY(search->arena, n, uint32_t);
-	if (kept) {
-		memcpy(kept, distance, n * sizeof *kept);
-		memset(distance, 0xff, n * sizeof *distance);
-		find_near(dual, base, kept, border);
+}
+
+static void measure_borders(struct regions *regions)
+{
+	const struct instance *instance = regions->instance;
+	const uint32_t *base = regions->base, *distance = regions->distance, k = instance->terminal_count;
+	memset(regions->border, 0xff, (size_t)k * k * sizeof *regions->border);
+	for (uint32_t e = 0; e < instance->edge_count; e++) {
+		const uint32_t u = instance->ends[2 * e], v = instance->ends[2 * e + 1], a = base[u], b = base[v];
+		if (a == b || a == INSTANCE_NONE || b == INSTANCE_NONE)
+			continue;
+		const uint32_t length =
+			distance[u] + coarse_of(instance->weight[e], regions->coarse_shift) + distance[v];
+		if (length < regions->border[(size_t)a * k + b])
+			regions->border[(size_t)a * k + b] = regions->border[(size_t)b * k + a] = length;
 	}
-	search->work += 2 * instance->edge_count;
-	arena_release(search->arena, mark);
-	return kept ? TW_OK : TW_ERROR_MEMORY;
+}
+
+/* The terminal nearest to t of those that are not done; t when there is none. */
+static uint32_t next_nearest(const struct regions *regions, uint32_t t)
+{
+	uint32_t best = t;
+	for (uint32_t b = 0; b < regions->instance->terminal_count; b++)
+		if (!regions->done[b] && (best == t || regions->reach[b] < regions->reach[best]))
+			best = b;
+	return best;
+}
+
+/* A Dijkstra over the region graph, given as a dense matrix for the few terminals at hand. */
+static void find_near(struct regions *regions, struct dual_survey *survey, uint32_t t)
+{
+	const uint32_t k = regions->instance->terminal_count;
+	uint32_t *reach = regions->reach, *near = survey->near + (size_t)t * survey->near_count, count = 0;
+	uint64_t sum = 0, furthest = 0;
+	memcpy(reach, regions->border + (size_t)t * k, k * sizeof *reach);
+	memset(regions->done, 0, k);
+	reach[t] = 0;
+	regions->done[t] = 1;
+	const uint32_t wanted = k <= MIDDLE_TERMINALS ? k - 1 : survey->near_count;
+	for (uint32_t found = 0; found < wanted; found++) {
+		const uint32_t best = next_nearest(regions, t);
+		assert(best != t);
+		regions->done[best] = 1;
+		if (count < survey->near_count)
+			near[count++] = best;
+		if (reach[best] == UINT32_MAX)
+			continue;
+		sum += reach[best];
+		furthest = reach[best];
+		for (uint32_t b = 0; b < k; b++) {
+			const uint32_t hop = regions->border[(size_t)best * k + b];
+			if (hop != UINT32_MAX && reach[best] + hop < reach[b])
+				reach[b] = reach[best] + hop;
+		}
+	}
+	survey->middle[t] = k <= MIDDLE_TERMINALS ? sum / k + furthest : 0;
+	survey->near_distance[t] = count ? reach[near[0]] : 0;
+}
+
+enum tw_status dual_survey_make(struct dual_survey *survey, struct search *search, unsigned coarse_shift)
+{
+	struct arena *arena = search->arena;
+	const size_t k = search->instance.terminal_count;
+	survey->near_count = (uint32_t)(k - 1 < NEAR_COUNT ? k - 1 : NEAR_COUNT);
+	survey->near = ARENA_ARRAY(arena, k * survey->near_count, uint32_t);
+	survey->near_distance = ARENA_ARRAY(arena, k, uint32_t);
+	survey->middle = ARENA_ARRAY(arena, k, uint64_t);
+	if (!survey->near || !survey->near_distance || !survey->middle)
+		return TW_ERROR_MEMORY;
+	const struct arena_mark mark = arena_mark(arena);
+	struct regions regions;
+	const enum tw_status status = allocate(&regions, search, coarse_shift);
+	if (status == TW_OK) {
+		grow_regions(&regions);
+		measure_borders(&regions);
+		for (uint32_t t = 0; t < k; t++)
+			find_near(&regions, survey, t);
+		search->work += 2 * (uint64_t)search->instance.edge_count;
+	}
+	arena_release(arena, mark);
+	return status;
 }

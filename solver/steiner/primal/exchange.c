@@ -8,6 +8,7 @@
  * larger neighbourhoods. What is put in is never heavier than what was taken out. */
 #include "solver/steiner/primal/exchange.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { PIECE_NONE = UINT8_MAX };
@@ -71,6 +72,7 @@ static uint32_t dissolve(struct primal_exchange *exchange, uint32_t v, struct ri
 	for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++)
 		if (tree->has[instance->edge[a]]) {
 			const uint32_t u = take_path(exchange, v, instance->edge[a]);
+			assert(rim_count < 2 * PRIMAL_PIECES_MAX + 2);
 			rim[rim_count++] = (struct rim){u, tree->degree[u] - 1};
 		}
 	return rim_count;
@@ -117,6 +119,7 @@ static uint32_t list_members(struct primal_exchange *exchange, const uint32_t *p
 	uint32_t count = 0;
 	for (uint32_t p = 0; p < pin_count; p++) {
 		uint32_t next = count;
+		assert(exchange->piece[pins[p]] == PIECE_NONE);
 		exchange->piece[pins[p]] = (uint8_t)p;
 		exchange->member[count++] = pins[p];
 		while (next < count) {
@@ -158,6 +161,7 @@ static void adopt(struct primal_exchange *exchange, uint32_t added_count)
 	for (uint32_t i = 0; i < tree->edge_count; i++)
 		if (tree->has[tree->edge[i]])
 			exchange->edges[count++] = tree->edge[i];
+	assert(count + added_count <= 2 * (size_t)tree->instance->vertex_count);
 	memcpy(exchange->edges + count, exchange->added, added_count * sizeof(uint32_t));
 	primal_tree_set(tree, exchange->edges, count + added_count, 0);
 	touch(exchange, exchange->cut, exchange->cut_count);

@@ -8,6 +8,7 @@
 
 #include "solver/steiner/heap.h"
 
+#include <assert.h>
 #include <string.h>
 
 struct growth {
@@ -28,6 +29,7 @@ static void join(struct growth *growth, uint32_t v)
 		growth->joined[v] = 1;
 		growth->distance[v] = 0;
 		heap_push(&growth->heap, 0, v, 0);
+		assert(growth->count < instance->vertex_count);
 		growth->edges[growth->count++] = e;
 		v ^= instance->ends[2 * e] ^ instance->ends[2 * e + 1];
 	}

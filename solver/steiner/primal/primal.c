@@ -1,6 +1,6 @@
 /* Purpose: the primal side of the search: where trees come from, and how they get better.
  *
- * A tree comes from a shortest-path heuristic; exchanges (primal_exchange.c) make it better. With a dual at hand they
+ * A tree comes from a shortest-path heuristic; exchanges (primal_exchange.c) make it better. With a dual they
  * stay in its *corridor*, the vertices through which trees pass cheaply by reduced costs: few vertices, and the
  * better the dual, the surer that an optimum lies among them (pruning guided by duals goes back to T. Polzin & S.
  * Vahdati Daneshmand, Improved algorithms for the Steiner problem in networks, Discrete Appl. Math. 112, 2001).
@@ -146,7 +146,7 @@ static enum tw_status cost_of_best(struct improver *improver)
 	return status;
 }
 
-/* The tree in hand becomes a new one, inside the corridor. */
+/* The current tree becomes a new one, inside the corridor. */
 static enum tw_status start_new(struct improver *improver)
 {
 	struct search *search = improver->search;
@@ -162,7 +162,7 @@ static enum tw_status start_new(struct improver *improver)
 	return status;
 }
 
-/* The tree in hand becomes what is left of the best one. */
+/* The current tree becomes what is left of the best one. */
 static enum tw_status start_from_best(struct improver *improver)
 {
 	uint32_t count = 0;

@@ -4,6 +4,7 @@
 
 #include "solver/steiner/union_find.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,6 +58,7 @@ static void span(struct primal_tree *tree, const uint32_t *edges, uint32_t edge_
 		if (a == b)
 			continue;
 		parent[a] = b;
+		assert(tree->edge_count < instance->vertex_count && !tree->has[e]);
 		tree->edge[tree->edge_count++] = e;
 		tree->has[e] = 1;
 		tree->degree[u]++;

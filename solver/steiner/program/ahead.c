@@ -1,8 +1,8 @@
 /* Purpose: grow terminal sets ahead of their turn.
  *
- * A batch of sets is shared by parallel_for. Each hand has a grower and books of its own, the instance and the dual are
- * only read. How many sets make a batch follows from the work of the one before: enough that starting threads costs
- * little, and few enough that an interrupt is noticed soon and little is thrown away when a budget ends. */
+ * A batch of sets is shared by parallel_for. Each thread has a grower and counters of its own, the instance and the
+ * dual are only read. How many sets make a batch follows from the work of the one before: enough that starting threads
+ * costs little, and few enough that an interrupt is noticed soon and little is thrown away when a budget ends. */
 #include "solver/steiner/program/ahead.h"
 
 #include "solver/parallel.h"
@@ -10,11 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HANDS_MAX = 16, BATCH_FIRST = 16, BATCH_MAX = 4096, BATCH_WORK = 3000000 };
+/* A batch of 3,000,000 units takes some 10 ms; a thread that starts takes 20 us. */
+enum { THREADS_MAX = 16, BATCH_FIRST = 16, BATCH_MAX = 4096, BATCH_WORK = 3000000 };
 
 /* What one thread works with. */
-struct hand {
-	struct search books; /* counts the work */
+struct dp_thread {
+	struct search counters; /* counts the work */
 	struct dp_grower grower;
 	struct arena *store; /* owned: what came of the batch's sets */
 	uint32_t *member;    /* [terminal_count] */
@@ -23,31 +24,31 @@ struct hand {
 };
 
 struct dp_ahead {
-	struct arena *arena; /* owned: of the hands */
-	struct hand hand[HANDS_MAX];
-	unsigned hand_count;
+	struct arena *arena; /* owned: of the threads */
+	struct dp_thread thread[THREADS_MAX];
+	unsigned thread_count;
 	uint32_t batch; /* sets to grow at once */
 	uint32_t count, taken;
 	uint32_t set[BATCH_MAX];
 	struct dp_grown grown[BATCH_MAX];
-	dp_ahead_start *start; /* of the batch in hand */
+	dp_ahead_start *start; /* of the current batch */
 	void *context;
 };
 
-static int add_hand(struct dp_ahead *ahead, const struct dp_grower *grower, size_t memory_limit)
+static int add_thread(struct dp_ahead *ahead, const struct dp_grower *grower, size_t memory_limit)
 {
-	struct hand *hand = &ahead->hand[ahead->hand_count];
+	struct dp_thread *thread = &ahead->thread[ahead->thread_count];
 	const size_t n = grower->search->instance.vertex_count, k = grower->search->instance.terminal_count;
-	hand->books = *grower->search;
-	hand->member = ARENA_ARRAY(ahead->arena, k, uint32_t);
-	hand->labels = ARENA_ARRAY(ahead->arena, n, struct dp_label);
-	hand->trails = ARENA_ARRAY(ahead->arena, n, struct dp_trail);
-	if (!hand->member || !hand->labels || !hand->trails ||
-	    dp_grower_share(&hand->grower, ahead->arena, grower, &hand->books) != TW_OK)
+	thread->counters = *grower->search;
+	thread->member = ARENA_ARRAY(ahead->arena, k, uint32_t);
+	thread->labels = ARENA_ARRAY(ahead->arena, n, struct dp_label);
+	thread->trails = ARENA_ARRAY(ahead->arena, n, struct dp_trail);
+	if (!thread->member || !thread->labels || !thread->trails ||
+	    dp_grower_share(&thread->grower, ahead->arena, grower, &thread->counters) != TW_OK)
 		return 0;
-	hand->store = arena_new(memory_limit);
-	ahead->hand_count += hand->store != NULL;
-	return hand->store != NULL;
+	thread->store = arena_new(memory_limit);
+	ahead->thread_count += thread->store != NULL;
+	return thread->store != NULL;
 }
 
 void dp_ahead_new(struct dp_ahead **ahead, struct dp_grower *grower, unsigned threads, size_t memory_limit)
@@ -59,12 +60,12 @@ void dp_ahead_new(struct dp_ahead **ahead, struct dp_grower *grower, unsigned th
 	if (!new)
 		return;
 	new->batch = BATCH_FIRST;
-	/* Half for the hands, half for what they find. */
+	/* Half for the threads, half for what they find. */
 	new->arena = arena_new(memory_limit / 8);
-	while (new->arena &&new->hand_count < threads &&new->hand_count < HANDS_MAX &&
-	       add_hand(new, grower, memory_limit / 8 / HANDS_MAX))
+	while (new->arena &&new->thread_count < threads &&new->thread_count < THREADS_MAX &&
+	       add_thread(new, grower, memory_limit / 8 / THREADS_MAX))
 		;
-	if (new->hand_count < 2)
+	if (new->thread_count < 2)
 		dp_ahead_free(new);
 	else
 		*ahead = new;
@@ -74,34 +75,34 @@ void dp_ahead_free(struct dp_ahead *ahead)
 {
 	if (!ahead)
 		return;
-	for (unsigned i = 0; i < ahead->hand_count; i++)
-		arena_free(ahead->hand[i].store);
+	for (unsigned i = 0; i < ahead->thread_count; i++)
+		arena_free(ahead->thread[i].store);
 	arena_free(ahead->arena);
 	free(ahead);
 }
 
 /* Without room for what came of it, the set counts as not grown. */
-static void grow_one(struct dp_ahead *ahead, struct hand *hand, uint32_t i)
+static void grow_one(struct dp_ahead *ahead, struct dp_thread *thread, uint32_t i)
 {
 	struct dp_grown *grown = &ahead->grown[i];
 	uint32_t useful;
-	hand->books.work = 0;
-	ahead->start(ahead->context, &hand->grower, ahead->set[i], hand->member);
-	const uint32_t count = dp_grow(&hand->grower, hand->labels, &useful, hand->trails);
-	struct dp_label *labels = ARENA_ARRAY(hand->store, useful, struct dp_label);
-	struct dp_trail *trails = ARENA_ARRAY(hand->store, count, struct dp_trail);
+	thread->counters.work = 0;
+	ahead->start(ahead->context, &thread->grower, ahead->set[i], thread->member);
+	const uint32_t count = dp_grow(&thread->grower, thread->labels, &useful, thread->trails);
+	struct dp_label *labels = ARENA_ARRAY(thread->store, useful, struct dp_label);
+	struct dp_trail *trails = ARENA_ARRAY(thread->store, count, struct dp_trail);
 	if (!labels || !trails)
 		return;
-	memcpy(labels, hand->labels, useful * sizeof *labels);
-	memcpy(trails, hand->trails, count * sizeof *trails);
-	*grown = (struct dp_grown){hand->books.work, labels, trails, useful, count};
+	memcpy(labels, thread->labels, useful * sizeof *labels);
+	memcpy(trails, thread->trails, count * sizeof *trails);
+	*grown = (struct dp_grown){thread->counters.work, labels, trails, useful, count};
 }
 
 static void grow_part(void *context, unsigned thread, uint32_t first, uint32_t end)
 {
 	struct dp_ahead *ahead = context;
 	for (uint32_t i = first; i < end; i++)
-		grow_one(ahead, &ahead->hand[thread], i);
+		grow_one(ahead, &ahead->thread[thread], i);
 }
 
 static void choose_batch(struct dp_ahead *ahead)
@@ -109,7 +110,7 @@ static void choose_batch(struct dp_ahead *ahead)
 	uint64_t work = 1;
 	for (uint32_t i = 0; i < ahead->count; i++)
 		work += ahead->grown[i].work;
-	const uint64_t fit = BATCH_WORK * (uint64_t)ahead->count / work, least = 2 * ahead->hand_count;
+	const uint64_t fit = BATCH_WORK * (uint64_t)ahead->count / work, least = 2 * ahead->thread_count;
 	ahead->batch = (uint32_t)(fit < least ? least : fit > BATCH_MAX ? BATCH_MAX : fit);
 }
 
@@ -121,11 +122,11 @@ void dp_ahead_grow(struct dp_ahead *ahead, uint32_t first, dp_ahead_next *next, 
 	for (uint32_t s = first; s != INSTANCE_NONE && ahead->count < ahead->batch; s = next(context, s))
 		ahead->set[ahead->count++] = s;
 	memset(ahead->grown, 0, ahead->count * sizeof *ahead->grown);
-	for (unsigned i = 0; i < ahead->hand_count; i++)
-		arena_release(ahead->hand[i].store, (struct arena_mark){0});
+	for (unsigned i = 0; i < ahead->thread_count; i++)
+		arena_release(ahead->thread[i].store, (struct arena_mark){0});
 	ahead->start = start;
 	ahead->context = context;
-	parallel_for(ahead->hand_count, ahead->count, 1, grow_part, ahead);
+	parallel_for(ahead->thread_count, ahead->count, 1, grow_part, ahead);
 }
 
 const struct dp_grown *dp_ahead_take(struct dp_ahead *ahead, uint32_t set)

@@ -22,8 +22,8 @@ typedef void dp_ahead_start(void *context, struct dp_grower *grower, uint32_t se
 
 struct dp_ahead;
 
-/* Sets up at most `threads` - 1 helpers for `grower`, whose thread works with them; *ahead becomes NULL where none is
- * wanted or fits. Helpers take their memory from the heap, and no more than a quarter of `memory_limit` (0: none). */
+/* Sets up at most `threads` - 1 helper threads for `grower`, whose thread works with them; *ahead becomes NULL where
+ * none is wanted or fits. Their memory comes from malloc, no more than a quarter of `memory_limit` (0: none). */
 void dp_ahead_new(struct dp_ahead **ahead, struct dp_grower *grower, unsigned threads, size_t memory_limit);
 void dp_ahead_free(struct dp_ahead *ahead); /* NULL is allowed */
 

@@ -14,6 +14,7 @@
 #include "solver/steiner/program/ahead.h"
 #include "solver/steiner/program/grow.h"
 
+#include <assert.h>
 #include <string.h>
 
 struct set {
@@ -37,7 +38,7 @@ struct dp {
 	struct search *search;
 	struct arena *arena;
 	struct dp_grower grower;
-	struct dp_ahead *ahead; /* owned; NULL without helpers */
+	struct dp_ahead *ahead; /* owned; NULL without helper threads */
 	uint32_t root;          /* index of the root terminal */
 	size_t words;           /* of a bit set of terminals */
 
@@ -58,7 +59,7 @@ struct dp {
 	uint32_t free_start; /* list of starts to use again */
 
 	uint64_t *region;        /* [vertex_count] bit of the vertex's region */
-	struct dp_label *labels; /* [vertex_count] of the set in hand */
+	struct dp_label *labels; /* [vertex_count] of the current set */
 	struct dp_trail *trails; /* [vertex_count] likewise */
 	struct dp_label *at; /* [vertex_count] of the set that is being merged, by vertex; `reduced` counts from_root;
 				elsewhere the cost is FINE_MAX */
@@ -261,8 +262,8 @@ static uint32_t next_set(void *context, uint32_t s)
 	return dp->set[s].next;
 }
 
-/* From here on one thread will do. */
-static void send_helpers_home(struct dp *dp)
+/* From here on the calling thread works alone. */
+static void stop_helpers(struct dp *dp)
 {
 	dp_ahead_free(dp->ahead);
 	dp->ahead = NULL;
@@ -273,7 +274,7 @@ static struct dp_grown grow_set(struct dp *dp, uint32_t s)
 {
 	const size_t limit = dp->search->options->memory_limit;
 	if (dp->ahead && limit && arena_used(dp->arena) > limit / 2)
-		send_helpers_home(dp);
+		stop_helpers(dp);
 	if (dp->ahead && dp_ahead_is_empty(dp->ahead))
 		dp_ahead_grow(dp->ahead, s, next_set, start_set, dp);
 	const struct dp_grown *ahead = dp->ahead ? dp_ahead_take(dp->ahead, s) : NULL;
@@ -331,10 +332,13 @@ static uint32_t trace(const struct dp *dp, uint32_t s, uint32_t v, uint32_t *edg
 {
 	const struct instance *instance = &dp->search->instance;
 	for (;;) {
-		uint32_t from = trail_at(dp, s, v)->from;
+		const struct dp_trail *trail = trail_at(dp, s, v);
+		assert(trail);
+		const uint32_t from = trail->from;
 		if (from == INSTANCE_NONE)
 			return count;
 		if (!(from & DP_MERGED)) {
+			assert(count < instance->vertex_count);
 			edges[count++] = from;
 			v ^= instance->ends[2 * from] ^ instance->ends[2 * from + 1];
 			continue;
@@ -345,6 +349,7 @@ static uint32_t trace(const struct dp *dp, uint32_t s, uint32_t v, uint32_t *edg
 			bits[w] = dp->bits[s * dp->words + w] & ~dp->bits[part * dp->words + w];
 		count = trace(dp, part, v, edges, count);
 		s = dp->slot[find_slot(dp, bits)];
+		assert(s != INSTANCE_NONE);
 	}
 }
 

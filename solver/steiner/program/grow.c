@@ -101,10 +101,10 @@ enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, c
 }
 
 enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, const struct dp_grower *from,
-			       struct search *books)
+			       struct search *counters)
 {
 	*grower = *from;
-	grower->search = books;
+	grower->search = counters;
 	return allocate_scratch(grower, arena);
 }
 
@@ -149,6 +149,7 @@ static uint32_t unite(struct dp_component *component, uint32_t a, uint32_t b)
 
 static void enter_outside(struct dp_grower *grower, uint32_t v, uint32_t component)
 {
+	assert(grower->outside[v].stamp != grower->outside_epoch);
 	grower->outside[v] = (struct dp_outside){grower->outside_epoch, component};
 	grower->component[component].pending++;
 	grower->component[component].terminals += (uint32_t)is_outside_terminal(grower, v);
@@ -351,6 +352,7 @@ static void settle(struct dp_grower *grower)
 			if (cell->stamp == stamp_of(grower, DP_DEAD))
 				continue;
 		}
+		assert(top.key >= last && grower->ball_count < grower->search->instance.vertex_count);
 		last = top.key;
 		grower->ball[grower->ball_count++] = v;
 		if (separators && is_outside_terminal(grower, v)) {
@@ -405,6 +407,7 @@ static void mark_useful(struct dp_grower *grower)
 				give_back(grower, grower->ball[begin - 1]);
 		for (uint32_t i = end; i-- > begin;) {
 			uint32_t v = grower->ball[i], from = grower->cell[v].from;
+			assert(!(grower->needed[v] & USEFUL));
 			if (grower->cell[v].stamp != stamp_of(grower, DP_SETTLED))
 				continue;
 			if (!separators || reaches_all(grower, v))

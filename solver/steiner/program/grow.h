@@ -1,5 +1,5 @@
-/* One terminal set of the dynamic program: from start labels to the labels that an optimum could use. For dp.c and its
- * helpers only. */
+/* One terminal set of the dynamic program: from start labels to the labels that an optimum could use. For dp.c and
+ * ahead.c only. */
 #ifndef SOLVER_STEINER_PROGRAM_GROW_H
 #define SOLVER_STEINER_PROGRAM_GROW_H
 
@@ -78,7 +78,7 @@ struct dp_grower {
 	uint32_t *frontier; /* [frontier_count] the vertices that the search has seen */
 	uint32_t frontier_count;
 
-	const uint32_t *member; /* [member_count] the terminals of the set in hand; borrowed */
+	const uint32_t *member; /* [member_count] the terminals of the current set; borrowed */
 	uint32_t member_count;
 	const uint64_t *bits;       /* the same as a bit set; borrowed */
 	uint64_t value;             /* coarse: sum of the dual values of the set's terminals */
@@ -88,10 +88,10 @@ struct dp_grower {
 enum tw_status dp_grower_init(struct dp_grower *grower, struct search *search, const struct dual *dual,
 			      fine_t cutoff) TW_NODISCARD;
 
-/* A second grower for the same sets, whose scratch is taken from `arena`: both can grow at once. `books` is a copy of
- * from->search that counts the work; it must live as long. TW_ERROR_MEMORY. */
+/* A second grower for the same sets, whose scratch is taken from `arena`: both can grow at once. `counters` is a copy
+ * of from->search that counts the work; it must live as long. TW_ERROR_MEMORY. */
 enum tw_status dp_grower_share(struct dp_grower *grower, struct arena *arena, const struct dp_grower *from,
-			       struct search *books) TW_NODISCARD;
+			       struct search *counters) TW_NODISCARD;
 
 /* Starts on a set: `members` are its terminals, `bits` the same. Then come the start labels, as many as there are, then
  * dp_grow. */

@@ -2,12 +2,14 @@
  * them, so that a side moves at most log2(n) times; edges that become parallel are compared through `beside`. */
 #include "solver/steiner/reduce/graph.h"
 
+#include <assert.h>
 #include <string.h>
 
 static void enqueue(struct reduce_graph *graph, uint32_t v)
 {
 	if (graph->is_queued[v])
 		return;
+	assert(graph->queue_count < graph->vertex_count);
 	graph->is_queued[v] = 1;
 	graph->queue[(graph->queue_start + graph->queue_count++) % graph->vertex_count] = v;
 }
@@ -115,6 +117,7 @@ enum tw_status reduce_graph_store(struct reduce_graph *graph, struct instance *i
 
 void reduce_graph_delete(struct reduce_graph *graph, uint32_t edge)
 {
+	assert(graph->end[2 * edge] != INSTANCE_NONE);
 	for (uint32_t side = 2 * edge; side < 2 * edge + 2; side++) {
 		enqueue(graph, graph->end[side]);
 		unlink_side(graph, side);
@@ -154,8 +157,10 @@ int reduce_graph_add(struct reduce_graph *graph, uint32_t u, uint32_t v, fine_t 
 /* Moves the sides of `gone` to `stays`; of two edges to the same neighbour the lighter one is left. */
 static void move_sides(struct reduce_graph *graph, uint32_t gone, uint32_t stays)
 {
-	for (uint32_t side = graph->first[stays]; side != INSTANCE_NONE; side = graph->next[side])
+	for (uint32_t side = graph->first[stays]; side != INSTANCE_NONE; side = graph->next[side]) {
+		assert(graph->beside[reduce_graph_other(graph, side)] == INSTANCE_NONE);
 		graph->beside[reduce_graph_other(graph, side)] = side;
+	}
 	for (uint32_t side = graph->first[gone], next; side != INSTANCE_NONE; side = next) {
 		next = graph->next[side];
 		const uint32_t u = reduce_graph_other(graph, side), twin = graph->beside[u];

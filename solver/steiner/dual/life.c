@@ -1,26 +1,19 @@
-/* Purpose: the dual's life: set up, asked for distances, carried over to a smaller instance. */
+/* Purpose: set a dual up, carry it over to a smaller instance, ask it for distances. */
 #include "solver/steiner/dual/dual.h"
 
 #include "solver/steiner/dual/ball.h"
-#include "solver/steiner/dual/guide.h"
+#include "solver/steiner/dual/fault.h"
 #include "solver/steiner/dual/queue.h"
 #include "solver/splitmix.h"
 
+#include <assert.h>
 #include <string.h>
-
-enum { NEAR_COUNT = 24 };
 
 uint64_t dual_draw(struct dual *dual, uint64_t below)
 {
 	const uint64_t number = splitmix(dual->random);
 	dual->random += SPLITMIX_STEP;
 	return number % below;
-}
-
-uint32_t dual_coarse(const struct dual *dual, fine_t fine)
-{
-	const fine_t cost = fine >> dual->coarse_shift;
-	return cost < DUAL_FAR ? (uint32_t)cost : DUAL_FAR;
 }
 
 static void fill_arcs(struct dual *dual)
@@ -31,7 +24,7 @@ static void fill_arcs(struct dual *dual)
 	memset(side, 0xff, instance->edge_count * sizeof *side);
 	for (uint32_t a = 0; a < arcs; a++) {
 		uint32_t e = instance->edge[a];
-		dual->arc[a] = (struct dual_arc){instance->head[a], dual_coarse(dual, instance->weight[e])};
+		dual->arc[a] = (struct dual_arc){instance->head[a], coarse_of(instance->weight[e], dual->coarse_shift)};
 		if (side[e] == INSTANCE_NONE) {
 			side[e] = a;
 		} else {
@@ -54,48 +47,39 @@ static enum tw_status allocate(struct dual *dual, struct search *search, size_t 
 	dual->distance = ARENA_ARRAY(arena, n, uint32_t);
 	dual->queue = ARENA_ARRAY(arena, arcs + k, uint64_t);
 	dual->stack = ARENA_ARRAY(arena, arcs + k, uint32_t);
+	dual->inside = ARENA_ZEROED(arena, n, uint8_t);
 	dual->inner = ARENA_ARRAY(arena, k, uint64_t);
 	dual->ball_capacity = (uint32_t)(16 * k + 64);
 	dual->ball = ARENA_ARRAY(arena, dual->ball_capacity, struct dual_ball);
 	dual->member_capacity = 4 * n + member_room;
 	dual->member = ARENA_ARRAY(arena, dual->member_capacity, struct dual_member);
 	if (!dual->value || !dual->arc || !dual->mate || !dual->distance || !dual->queue || !dual->stack ||
-	    !dual->inner || !dual->ball || !dual->member)
+	    !dual->inside || !dual->inner || !dual->ball || !dual->member)
 		return TW_ERROR_MEMORY;
 	memset(dual->distance, 0xff, n * sizeof *dual->distance);
 	fill_arcs(dual);
-	return dual_guide_allocate(dual, search);
-}
-
-/* Terminals keep their indices and, about, their distances, whatever is deleted. */
-static void share_survey(struct dual *dual, const struct dual *from)
-{
-	dual->near = from->near;
-	dual->near_count = from->near_count;
-	dual->near_distance = from->near_distance;
-	dual->middle = from->middle;
+	const enum tw_status status = dual_guide_allocate(&dual->guide, search);
+	return status == TW_OK ? dual_faults_allocate(&dual->faults, search) : status;
 }
 
 enum tw_status dual_init(struct dual *dual, struct search *search)
 {
-	const size_t k = search->instance.terminal_count;
+	assert(search->instance.terminal_count > 1);
 	*dual = (struct dual){.random = 1};
 	while (search_cutoff(search) >> dual->coarse_shift >= DUAL_FAR)
 		dual->coarse_shift++;
-	dual->near_count = (uint32_t)(k - 1 < NEAR_COUNT ? k - 1 : NEAR_COUNT);
-	dual->near = ARENA_ARRAY(search->arena, k * dual->near_count, uint32_t);
-	dual->near_distance = ARENA_ARRAY(search->arena, k, uint32_t);
-	dual->middle = ARENA_ZEROED(search->arena, k, uint64_t);
-	if (!dual->near || !dual->near_distance || !dual->middle)
+	struct dual_survey *survey = ARENA_ARRAY(search->arena, 1, struct dual_survey);
+	if (!survey)
 		return TW_ERROR_MEMORY;
-	const enum tw_status status = allocate(dual, search, 0);
-	return status == TW_OK ? dual_survey(dual, search) : status;
+	dual->survey = survey;
+	const enum tw_status status = dual_survey_make(survey, search, dual->coarse_shift);
+	return status == TW_OK ? allocate(dual, search, 0) : status;
 }
 
 enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from)
 {
-	*dual = (struct dual){.root = from->root, .random = 1, .coarse_shift = from->coarse_shift};
-	share_survey(dual, from);
+	*dual = (struct dual){
+		.root = from->root, .random = 1, .coarse_shift = from->coarse_shift, .survey = from->survey};
 	return allocate(dual, search, 0);
 }
 
@@ -108,9 +92,9 @@ enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t r
 	dual->member_count = 0;
 	memset(dual->value, 0, instance->terminal_count * sizeof *dual->value);
 	for (size_t a = 0; a < 2 * (size_t)instance->edge_count; a++)
-		dual->arc[a].cost = dual_coarse(dual, instance->weight[instance->edge[a]]);
+		dual->arc[a].cost = coarse_of(instance->weight[instance->edge[a]], dual->coarse_shift);
 	search->work += instance->edge_count / 4;
-	return dual_guide(dual, search);
+	return dual_guide_set(&dual->guide, search, instance->terminal[root]);
 }
 
 void dual_from_root(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *from_root)
@@ -168,11 +152,11 @@ void dual_to_terminal(const struct dual *dual, struct search *search, uint32_t l
 
 enum tw_status dual_transfer(struct dual *dual, struct search *search, const struct dual *from, const uint32_t *number)
 {
-	*dual = (struct dual){.root = from->root, .random = from->random, .coarse_shift = from->coarse_shift};
+	*dual = (struct dual){
+		.root = from->root, .random = from->random, .coarse_shift = from->coarse_shift, .survey = from->survey};
 	enum tw_status status = allocate(dual, search, from->member_count);
 	if (status != TW_OK)
 		return status;
-	share_survey(dual, from);
 	for (uint32_t b = 0; b < from->ball_count; b++) {
 		const struct dual_member *member = from->member + from->ball[b].start;
 		struct dual_ball ball = from->ball[b];
@@ -181,9 +165,10 @@ enum tw_status dual_transfer(struct dual *dual, struct search *search, const str
 		/* Before the members are written: making room keeps only those of balls that are listed. */
 		if (dual->ball_count == dual->ball_capacity && !dual_make_room(dual))
 			return TW_ERROR_MEMORY;
+		assert(dual->member_count + ball.count <= dual->member_capacity);
+		ball.applied = false;
 		ball.start = dual->member_count;
 		ball.count = 0;
-		ball.epoch = 0; /* the new dual counts its steps from 1 */
 		for (uint32_t i = 0; i < from->ball[b].count; i++) {
 			uint32_t v = number[member[i].vertex];
 			if (v != INSTANCE_NONE)
