@@ -248,6 +248,8 @@ static void print_table(const struct session *session)
 	printf("  %-18s %12s %12s %11s\n", "", "ours", "baseline", "reduction");
 	for (size_t i = 0; i < LAYOUT_FIGURES; i++)
 		print_figure(&layout_figures[i], s);
+	if (s->has_baseline && s->baseline_outcome != STEINER_OPTIMAL)
+		printf("  the baseline is not proven: a tree up to %.2f %% lighter may exist\n", 100 * s->baseline_gap);
 	printf("  seconds: import %.3f, strain of %u frames %.3f, field %.3f, tree %.3f, baseline %.3f, curves %.3f, "
 	       "metrics %.3f, elongation %.3f, files %.3f\n",
 	       session->files.seconds_import, session->files.frame_count, session->files.seconds_strain,

@@ -318,6 +318,11 @@ static void summarise(const struct job *job, const struct layout_result *result,
 	summary->ours = figures_of(&job->ours.metrics.total, has_elongation);
 	summary->baseline = result->baseline ? figures_of(&job->baseline.metrics.total, has_elongation) : no_figures;
 	summary->steiner = job->ours.tree.stats;
+	summary->has_baseline = result->baseline != NULL;
+	if (!summary->has_baseline)
+		return;
+	summary->baseline_outcome = job->baseline.tree.outcome;
+	summary->baseline_gap = layout_gap(job->baseline.tree.weight, job->baseline.tree.lower_bound);
 }
 
 static enum tw_status compute(struct job *job, struct layout_output *output, struct tw_error *error)

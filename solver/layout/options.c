@@ -15,7 +15,8 @@ static const struct option rows[] = {
 	{"eta", OPTION_CHOICE, AT(eta), NULL, ETA_FIELD, 0, 0, etas,
 	 "price of length: the field's, or the one that balances length and deformation for these terminals"},
 	{"baseline", OPTION_CHOICE, AT(baseline), NULL, BASELINE_UNIT, 0, 0, baselines,
-	 "layout to compare with: fewest edges (as the paper), shortest rest length, or none"},
+	 "layout to compare with: fewest edges (as the paper) and of those the shortest, shortest rest length, or "
+	 "none"},
 	{"time_limit_s", OPTION_NUMBER, AT(time_limit_s), "s", 0, 0, 86400, NULL,
 	 "end the search for the optimum after this time with the best tree and its bound; the searches for the "
 	 "baseline and for eta auto may each take as long; 0 for no limit"},

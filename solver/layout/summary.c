@@ -87,12 +87,22 @@ static bool add_figure(json_t *json, const struct layout_figure *figure, const s
 	       !json_object_set_new(json, name, show_number(layout_figure_of(figure, &summary->baseline)));
 }
 
+/* Savings over a baseline that is not proven may be larger than those over the true one. */
+static bool add_baseline(json_t *json, const struct layout_summary *summary)
+{
+	bool has = summary->has_baseline;
+	json_t *outcome = has ? json_string(layout_outcome_name(summary->baseline_outcome)) : json_null();
+	return !json_object_set_new(json, "baseline_outcome", outcome) &&
+	       !json_object_set_new(json, "baseline_gap", has ? json_real(summary->baseline_gap) : json_null());
+}
+
 json_t *layout_summary_show(const struct layout_summary *summary)
 {
 	json_t *json = json_pack("{s:s, s:I, s:I, s:I}", "outcome", layout_outcome_name(summary->outcome), "terminals",
 				 (json_int_t)summary->terminal_count, "junctions", (json_int_t)summary->junction_count,
 				 "violations", (json_int_t)summary->violation_count);
 	bool complete = json && layout_bounds_add(json, summary->weight, summary->lower_bound, summary->energy_scale);
+	complete = complete && add_baseline(json, summary);
 	for (size_t i = 0; complete && i < LAYOUT_FIGURES; i++)
 		complete = add_figure(json, &layout_figures[i], summary);
 	complete = complete && !json_object_set_new(json, "seconds", show_seconds(summary));

@@ -21,6 +21,9 @@ struct layout_summary {
 	uint32_t terminal_count;      /* after merging */
 	uint64_t weight, lower_bound; /* of the tree, in weight units of the field */
 	double energy_scale;          /* of these units: field_energy_scale */
+	bool has_baseline;
+	enum steiner_outcome baseline_outcome; /* of its search, which ends after a fixed amount of work */
+	double baseline_gap;                   /* how far it may be from the best, as a share of its weight */
 	uint32_t junction_count;
 	uint32_t violation_count; /* of the design rules */
 	struct layout_figures ours, baseline;
