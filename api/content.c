@@ -45,7 +45,7 @@ static enum tw_status respond_blob(struct api_call *call, const struct blob *blo
 	enum tw_status status = call_check_accept(call, media_type, error);
 	if (status)
 		return status;
-	sodium_bin2hex(etag, sizeof etag, blob->hash, 16);
+	sodium_bin2hex(etag, sizeof etag, blob->hash.bytes, 16);
 	if (call_is_unchanged(call, etag))
 		return TW_OK;
 	if (blob->role == BLOB_ARRAY) {

@@ -29,8 +29,8 @@ const char *array_type_name(enum tw_type type)
 
 static json_t *show_blob(const struct blob *blob, const char *path)
 {
-	char href[512], hash[2 * BLOB_HASH_SIZE + 1];
-	sodium_bin2hex(hash, sizeof hash, blob->hash, sizeof blob->hash);
+	char href[512], hash[2 * CONTENT_HASH_SIZE + 1];
+	sodium_bin2hex(hash, sizeof hash, blob->hash.bytes, sizeof blob->hash.bytes);
 	json_t *json = json_object();
 	json_object_set_new(json, "name", json_string(blob->name));
 	if (blob->role == BLOB_UPLOAD)

@@ -21,9 +21,9 @@ static void read_blob(struct sql *q, struct blob *blob)
 	blob->rows = (uint64_t)sql_int(q);
 	blob->size = (uint64_t)sql_int(q);
 	const void *hash = sql_bytes(q, &hash_size);
-	memset(blob->hash, 0, sizeof blob->hash);
-	if (hash && hash_size == sizeof blob->hash)
-		memcpy(blob->hash, hash, hash_size);
+	memset(&blob->hash, 0, sizeof blob->hash);
+	if (hash && hash_size == sizeof blob->hash.bytes)
+		memcpy(blob->hash.bytes, hash, hash_size);
 }
 
 enum tw_status blob_find(struct store *store, const char *resource_id, enum blob_role role, const char *name,

@@ -1,7 +1,6 @@
 /* Bytes in the store: uploads as they came, computed arrays, artifacts. A blob is a row with its size and hash, and its
  * bytes in chunks of BLOB_CHUNK (the last one shorter), so that neither writer nor reader ever holds more than a chunk.
- *
- * The hash is BLAKE2b-256 of the bytes, as `b2sum -l 256` prints it. */
+ */
 #ifndef STORAGE_BLOB_H
 #define STORAGE_BLOB_H
 
@@ -9,7 +8,6 @@
 #include "storage/store.h"
 
 #define BLOB_CHUNK (1u << 20)
-#define BLOB_HASH_SIZE CONTENT_HASH_SIZE
 #define BLOB_NAME_SIZE 128
 
 enum blob_role {
@@ -27,8 +25,8 @@ struct blob {
 	enum tw_type type; /* type, columns and rows: arrays only */
 	uint32_t columns;
 	uint64_t rows;
-	uint64_t size; /* bytes */
-	uint8_t hash[BLOB_HASH_SIZE];
+	uint64_t size;            /* bytes */
+	struct content_hash hash; /* zero while it is being written */
 };
 
 /* The blob of a resource by role and name. TW_ERROR_NOT_FOUND "no-such-blob". */

@@ -5,9 +5,6 @@
 #include "storage/store.h"
 
 #include <assert.h>
-#include <sodium.h>
-
-static_assert(BLOB_HASH_SIZE == crypto_generichash_BYTES, "BLAKE2b-256");
 
 enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, const void *bytes, size_t size,
 			 struct tw_error *error)
@@ -20,10 +17,10 @@ enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, c
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status chunk_seal(struct store *store, int64_t blob, const uint8_t hash[BLOB_HASH_SIZE], struct tw_error *error)
+enum tw_status chunk_seal(struct store *store, int64_t blob, const struct content_hash *hash, struct tw_error *error)
 {
 	struct sql q = sql_query(store, "UPDATE blob SET hash = ?, hash_state = NULL, touched_ms = ? WHERE number = ?");
-	sql_bind_bytes(&q, hash, BLOB_HASH_SIZE);
+	sql_bind_bytes(&q, hash->bytes, sizeof hash->bytes);
 	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, blob);
 	return sql_run(&q, NULL, error);
@@ -60,6 +57,6 @@ enum tw_status chunk_write_blob(struct store *store, int64_t resource, struct bl
 	}
 	if (status != TW_OK)
 		return status;
-	crypto_generichash(blob->hash, sizeof blob->hash, bytes, blob->size, NULL, 0);
-	return chunk_seal(store, blob->number, blob->hash, error);
+	blob->hash = content_hash_of(bytes, blob->size);
+	return chunk_seal(store, blob->number, &blob->hash, error);
 }

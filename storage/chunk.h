@@ -9,7 +9,7 @@ enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, c
 			 struct tw_error *error) TW_NODISCARD;
 
 /* Ends a blob: with its hash it can be used. */
-enum tw_status chunk_seal(struct store *store, int64_t blob, const uint8_t hash[BLOB_HASH_SIZE],
+enum tw_status chunk_seal(struct store *store, int64_t blob, const struct content_hash *hash,
 			  struct tw_error *error) TW_NODISCARD;
 
 /* A whole blob of a resource from memory. Of `blob`, number and hash are results; role, name, media_type, type,

@@ -15,10 +15,10 @@ struct upload {
 	int64_t blob;
 	char id[STORE_ID_SIZE];
 	uint64_t limit;
-	uint64_t stored;               /* bytes in the store: whole chunks until it is sealed */
-	size_t buffered;               /* bytes in `buffer` */
-	bool broken;                   /* an error has happened */
-	crypto_generichash_state hash; /* of all bytes so far */
+	uint64_t stored;              /* bytes in the store: whole chunks until it is sealed */
+	size_t buffered;              /* bytes in `buffer` */
+	bool broken;                  /* an error has happened */
+	struct content_hasher hasher; /* of all bytes so far */
 	char buffer[BLOB_CHUNK];
 };
 
@@ -26,7 +26,7 @@ struct upload {
  * not mean reading it again. Another version of libsodium may lay it out otherwise. */
 struct hash_state {
 	char library[16];
-	crypto_generichash_state state;
+	struct content_hasher hasher;
 };
 
 static struct hash_state hash_state_of(const struct upload *upload)
@@ -34,7 +34,7 @@ static struct hash_state hash_state_of(const struct upload *upload)
 	struct hash_state kept;
 	memset(&kept, 0, sizeof kept);
 	snprintf(kept.library, sizeof kept.library, "%s", sodium_version_string());
-	kept.state = upload->hash;
+	kept.hasher = upload->hasher;
 	return kept;
 }
 
@@ -47,7 +47,7 @@ static struct upload *new_upload(struct store *store, uint64_t limit)
 		upload->stored = 0;
 		upload->buffered = 0;
 		upload->broken = false;
-		crypto_generichash_init(&upload->hash, NULL, 0, BLOB_HASH_SIZE);
+		content_hasher_init(&upload->hasher);
 	}
 	return upload;
 }
@@ -151,7 +151,7 @@ static enum tw_status hash_again(struct upload *upload, struct tw_error *error)
 	for (uint64_t at = 0; status == TW_OK && at < upload->stored; at += BLOB_CHUNK) {
 		size_t got = 0;
 		status = blob_read(upload->store, upload->blob, at, upload->buffer, BLOB_CHUNK, &got, error);
-		crypto_generichash_update(&upload->hash, (const uint8_t *)upload->buffer, got);
+		content_hasher_add(&upload->hasher, upload->buffer, got);
 	}
 	return status;
 }
@@ -172,7 +172,7 @@ static enum tw_status take_up_hash(struct upload *upload, struct tw_error *error
 		return status;
 	if (!usable || memcmp(kept.library, current.library, sizeof kept.library) != 0)
 		return hash_again(upload, error);
-	upload->hash = kept.state;
+	upload->hasher = kept.hasher;
 	return TW_OK;
 }
 
@@ -252,7 +252,7 @@ enum tw_status upload_write(struct upload *upload, const void *bytes, size_t siz
 		size_t part = BLOB_CHUNK - upload->buffered;
 		part = part < size ? part : size;
 		memcpy(upload->buffer + upload->buffered, from, part);
-		crypto_generichash_update(&upload->hash, (const uint8_t *)from, part);
+		content_hasher_add(&upload->hasher, from, part);
 		upload->buffered += part;
 		from += part;
 		size -= part;
@@ -265,7 +265,6 @@ enum tw_status upload_write(struct upload *upload, const void *bytes, size_t siz
 
 enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 {
-	uint8_t hash[BLOB_HASH_SIZE];
 	if (upload->broken)
 		return refuse_broken(error);
 	if (upload_size(upload) == 0)
@@ -275,9 +274,9 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 		status = transaction_begin(upload->store, true, error);
 	if (status == TW_OK) {
 		status = store_chunk(upload, error);
-		crypto_generichash_final(&upload->hash, hash, sizeof hash);
+		struct content_hash hash = content_hasher_end(&upload->hasher);
 		if (status == TW_OK)
-			status = chunk_seal(upload->store, upload->blob, hash, error);
+			status = chunk_seal(upload->store, upload->blob, &hash, error);
 		status = transaction_end(upload->store, status, error);
 	}
 	upload->stored += upload->buffered;

@@ -102,8 +102,8 @@ static void the_hash_is_that_of_b2sum(void **state)
 	upload_free(upload);
 	free(bytes);
 	ok(f, blob_find(f->store, id, BLOB_UPLOAD, "motion", &blob, &f->error));
-	for (int i = 0; i < BLOB_HASH_SIZE; i++)
-		snprintf(found + 2 * i, 3, "%02x", blob.hash[i]);
+	for (int i = 0; i < CONTENT_HASH_SIZE; i++)
+		snprintf(found + 2 * i, 3, "%02x", blob.hash.bytes[i]);
 	if (!have_tool)
 		skip();
 	assert_string_equal(found, expected);
