@@ -166,7 +166,7 @@ enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struc
 		return TW_OK;
 	struct arena_mark mark = arena_mark(arena);
 	struct pricing bare, unit;
-	struct outcome low, high;
+	struct outcome low = {0}, high = {0};
 	enum tw_status status = pricing_build(&bare, arena, ground, sites, 0, error);
 	if (!status)
 		status = pricing_build(&unit, arena, ground, sites, 1, error);

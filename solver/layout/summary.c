@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <inttypes.h>
 #include <math.h>
+#include <string.h>
 
 #define FIGURE(member) offsetof(struct layout_figures, member)
 
@@ -19,7 +20,9 @@ static_assert(sizeof(struct layout_figures) == LAYOUT_FIGURES * sizeof(double), 
 
 double layout_figure_of(const struct layout_figure *figure, const struct layout_figures *figures)
 {
-	return *(const double *)((const char *)figures + figure->offset);
+	double value;
+	memcpy(&value, (const char *)figures + figure->offset, sizeof value);
+	return value;
 }
 
 double layout_reduction_percent(double ours, double baseline)
