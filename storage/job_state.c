@@ -74,13 +74,16 @@ enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kin
 	struct sql q = sql_query(store, "INSERT INTO job(id, resource, kind, state, priority, attempts_max, created_ms)"
 					" VALUES (?, ?, ?, " SQL_QUEUED ", ?, ?, ?)");
 	sql_bind_text(&q, id);
-	sql_bind_int(&q, resource);
+	if (resource)
+		sql_bind_int(&q, resource);
+	else
+		sql_bind_text(&q, NULL);
 	sql_bind_int(&q, kind);
 	sql_bind_int(&q, priority);
 	sql_bind_int(&q, attempts_max);
 	sql_bind_int(&q, store_now_ms(store));
 	enum tw_status status = sql_run(&q, NULL, error);
-	return status == TW_OK ? count_needs(store, resource, error) : status;
+	return status == TW_OK && resource ? count_needs(store, resource, error) : status;
 }
 
 enum tw_status job_state_put_back(struct store *store, int64_t job, int attempts_back, int64_t not_before_ms,

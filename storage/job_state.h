@@ -32,7 +32,8 @@ struct job_run {
 	bool cancel_requested;
 };
 
-/* A new job of the resource that has this number, queued; waiting for what the resource is made from. */
+/* A new job of the resource that has this number, or of none where it is 0; queued, and waiting for what the resource
+ * is made from. */
 enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kind kind, int32_t priority,
 			     uint32_t attempts_max, struct tw_error *error) TW_NODISCARD;
 
