@@ -6,6 +6,7 @@
 
 struct recording_options {
 	double duration_s;
+	double tolerance; /* share of its samples that may be missing */
 };
 
 extern const struct option_table recording_option_table;

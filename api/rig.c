@@ -37,6 +37,12 @@ enum tw_status get_rig(struct api_call *call, struct tw_error *error)
 	json_object_set_new(json, "device", json_string(state.device));
 	json_object_set_new(json, "status", json_string(state.status[0] ? state.status : "stopped"));
 	json_object_set_new(json, "text", json_string(state.text));
+	json_object_set_new(json, "rate_hz", json_integer(state.rate_hz));
+	json_object_set_new(json, "scans", json_integer((json_int_t)state.counts.scans));
+	json_object_set_new(json, "gaps", json_integer((json_int_t)state.counts.gaps));
+	json_object_set_new(json, "exceptions", json_integer((json_int_t)state.counts.exceptions));
+	json_object_set_new(json, "dropped", json_integer((json_int_t)state.counts.dropped));
+	json_object_set_new(json, "connects", json_integer((json_int_t)state.counts.connects));
 	json_object_set_new(json, "updated_at", json_time(state.updated_ms));
 	json_object_set_new(json, "latest", state.has_sample ? show_sample(&state.latest) : json_null());
 	return response_json(&call->response, 200, json, error);

@@ -186,7 +186,7 @@ static void init(struct gate *gate)
 
 /* Its owner is the database's, as with the files that SQLite itself puts beside it: root may have been the first here.
  */
-static int open_beside(const char *database)
+int gate_open_file(const char *database)
 {
 	char path[4096 + 8];
 	struct stat owner;
@@ -205,7 +205,7 @@ enum tw_status gate_open(struct gate **gate, const char *database, struct tw_err
 	if (!opened)
 		return tw_fail_memory(error);
 	init(opened);
-	opened->file = open_beside(database);
+	opened->file = gate_open_file(database);
 	*gate = opened;
 	return TW_OK;
 }

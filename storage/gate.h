@@ -18,6 +18,10 @@
 
 struct gate;
 
+/* The lock file of a database, which the gate and role.h share; the caller closes it. -1 where it cannot be had. */
+enum { GATE_BYTES = 16 }; /* the first bytes are the gate's */
+int gate_open_file(const char *database);
+
 /* The lock file is `database` with "-gate" behind it, and made where it is not there. */
 enum tw_status gate_open(struct gate **gate, const char *database, struct tw_error *error) TW_NODISCARD;
 void gate_close(struct gate *gate); /* NULL is allowed */

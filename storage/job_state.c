@@ -249,11 +249,22 @@ static enum tw_status set_ended(struct store *store, int64_t job, enum job_state
 	return sql_run(&q, NULL, error);
 }
 
+/* A recording has a course only while nobody has ended it. */
+static enum tw_status forget_course(struct store *store, int64_t job, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "DELETE FROM recording_course WHERE resource ="
+					" (SELECT resource FROM job WHERE number = ?)");
+	sql_bind_int(&q, job);
+	return sql_run(&q, NULL, error);
+}
+
 enum tw_status job_state_end(struct store *store, int64_t job, enum job_state state, const struct tw_error *failure,
 			     struct tw_error *error)
 {
 	assert(job_state_is_final(state));
 	enum tw_status status = set_ended(store, job, state, failure, error);
+	if (status == TW_OK)
+		status = forget_course(store, job, error);
 	if (status != TW_OK)
 		return status;
 	return state == JOB_SUCCEEDED ? release_dependents(store, job, error) : fail_dependents(store, job, error);

@@ -97,6 +97,38 @@ enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker
 	return status;
 }
 
+static enum tw_status take_of_resource(struct store *store, const char *resource_id, const char *worker, int64_t now_ms,
+				       struct job_ticket *ticket, bool *found, struct tw_error *error)
+{
+	int64_t job = 0;
+	struct sql q = sql_query(store, "SELECT j.number FROM resource r JOIN job j ON j.resource = r.number"
+					" WHERE r.id = ? AND j.state = " SQL_QUEUED " AND j.waiting_for = 0");
+	sql_bind_text(&q, resource_id);
+	*found = sql_step(&q);
+	if (*found)
+		job = sql_int(&q);
+	enum tw_status status = sql_end(&q, error);
+	return status == TW_OK && *found ? job_state_take(store, job, worker, now_ms, ticket, error) : status;
+}
+
+enum tw_status job_claim_resource(struct store *store, const char *resource_id, const char *worker, int64_t lease_ms,
+				  struct job_ticket *ticket, bool *found, struct tw_error *error)
+{
+	int64_t now_ms = store_now_ms(store);
+	*found = false;
+	memset(ticket, 0, sizeof *ticket);
+	ticket->lease_ms = lease_ms;
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status != TW_OK)
+		return status;
+	status = expire_leases(store, now_ms, error);
+	if (status == TW_OK)
+		status = take_of_resource(store, resource_id, worker, now_ms, ticket, found, error);
+	status = transaction_end(store, status, error);
+	*found = *found && status == TW_OK;
+	return status;
+}
+
 enum tw_status job_heartbeat(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
 			     const char *partial, bool *cancel, struct tw_error *error)
 {

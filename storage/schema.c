@@ -203,6 +203,26 @@ static const char kinds[] =
 	"	UPDATE job SET change = (SELECT value FROM change) WHERE number = NEW.number;"
 	" END;"
 
+	"ALTER TABLE rig ADD COLUMN rate_hz INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE rig ADD COLUMN scans INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE rig ADD COLUMN gaps INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE rig ADD COLUMN exceptions INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE rig ADD COLUMN dropped INTEGER NOT NULL DEFAULT 0;"
+	"ALTER TABLE rig ADD COLUMN connects INTEGER NOT NULL DEFAULT 0;"
+	/* Of recordings that have begun and not ended; see struct recording_course. */
+	"CREATE TABLE recording_course("
+	"	resource INTEGER PRIMARY KEY REFERENCES resource ON DELETE CASCADE,"
+	"	boot TEXT NOT NULL,"
+	"	rate_hz INTEGER NOT NULL,"
+	"	first_slot INTEGER NOT NULL,"
+	"	slot_count INTEGER NOT NULL,"
+	"	start_us INTEGER NOT NULL,"
+	"	last_slot INTEGER NOT NULL,"
+	"	longest_gap INTEGER NOT NULL,"
+	"	exceptions INTEGER NOT NULL,"
+	"	dropped INTEGER NOT NULL"
+	") STRICT;"
+
 	/* The options of a field are kept as they count; 0.1.0 kept those that the preset had yet to change. */
 	"UPDATE resource SET options = replace(replace(options, '\"energy\":\"stvk\"', '\"energy\":\"printed\"'),"
 	" '\"overhang\":\"charge\"', '\"overhang\":\"ignore\"')"

@@ -1,9 +1,13 @@
 /* tightwire rig: the process that reads the acquisition box. */
 #include "service/command/command.h"
+#include "service/rig/line.h"
 #include "service/rig/reader.h"
 #include "solver/option.h"
+#include "storage/queue.h"
+#include "storage/role.h"
 
 #include <stdlib.h>
+#include <unistd.h>
 
 static const char *const register_kinds[] = {"input", "holding", NULL};
 
@@ -21,7 +25,8 @@ static const struct option rows[] = {
 	 "where the counts are: input registers (function 4) or holding registers (3)"},
 	{"address", OPTION_INTEGER, offsetof(struct rig_options, address), NULL, 0, 0, 65535 - RIG_CHANNELS, NULL,
 	 "first register, counted from 0"},
-	{"unit", OPTION_INTEGER, offsetof(struct rig_options, unit), NULL, 1, 0, 255, NULL, "Modbus unit address"},
+	{"unit", OPTION_INTEGER, offsetof(struct rig_options, unit), NULL, 1, 0, 255, NULL,
+	 "Modbus unit address: 1 to 247; over TCP also 0 or 255, the device itself"},
 	{"timeout_ms", OPTION_INTEGER, offsetof(struct rig_options, timeout_ms), "ms", 500, 10, 10000, NULL,
 	 "how long to wait for a connection and for an answer"},
 	{"help", OPTION_FLAG, offsetof(struct rig_options, help), NULL, 0, 0, 0, NULL, "this text"},
@@ -43,7 +48,7 @@ static void print_help(void)
 	       "queued.\n"
 	       "Connects again by itself. Ends on SIGTERM or SIGINT; an unfinished recording goes back to the "
 	       "queue.\n\n"
-	       "  --device URL\n      tcp://HOST:PORT, or rtu:/dev/NAME?baud=N (environment TIGHTWIRE_DEVICE)\n"
+	       "  --device URL\n      tcp://HOST:PORT; or " RIG_LINE_USAGE " (environment TIGHTWIRE_DEVICE)\n"
 	       "  --store URL\n      the service's store (environment TIGHTWIRE_STORE; default sqlite:tightwire.db)\n",
 	       RIG_CHANNELS);
 	option_print_help(&table, stdout);
@@ -90,20 +95,47 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 			      error);
 }
 
+/* The one before may be about to end. */
+static enum tw_status take_role(struct role **role, struct store *store, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (int i = 0; status == TW_OK && !*role && !stop && i < 30; i++) {
+		usleep(i > 0 ? 100000 : 0);
+		status = role_take(role, store, ROLE_RIG, error);
+	}
+	if (status != TW_OK || *role)
+		return status;
+	return tw_fail(error, TW_ERROR_CONFLICT, "rig-running", NULL,
+		       "another tightwire rig reads for this store already; stop it, or name another store");
+}
+
+/* What a rig process before this one had is ours: it is gone, for we have its role. */
+static enum tw_status read_rig(const struct rig_options *options, struct store *store, struct tw_error *error)
+{
+	struct role *role = NULL;
+	struct rig_scanner *scanner = NULL;
+	enum tw_status status = take_role(&role, store, error);
+	if (status == TW_OK)
+		status = job_abandon(store, RIG_WORKER, error);
+	if (status == TW_OK)
+		status = rig_scanner_start(&scanner, options->opened, options->rate_hz, error);
+	if (status == TW_OK)
+		status = rig_run(store, scanner, options->device, &stop, error);
+	rig_scanner_stop(scanner);
+	role_release(role);
+	return status;
+}
+
 static enum tw_status run(void *context, struct tw_error *error)
 {
 	const struct rig_options *options = context;
 	struct store *store = NULL;
-	struct rig_scanner *scanner = NULL;
 	signal(SIGTERM, on_signal);
 	signal(SIGINT, on_signal);
 	signal(SIGPIPE, SIG_IGN);
 	enum tw_status status = store_open(&store, options->store ? options->store : "sqlite:tightwire.db", error);
-	if (!status)
-		status = rig_scanner_start(&scanner, options->opened, options->rate_hz, error);
-	if (!status)
-		status = rig_run(store, scanner, options->device, &stop, error);
-	rig_scanner_stop(scanner);
+	if (status == TW_OK)
+		status = read_rig(options, store, error);
 	store_close(store);
 	return status;
 }

@@ -11,6 +11,7 @@
 #include "service/daemon/metrics.h"
 #include "service/daemon/supervisor.h"
 #include "service/log.h"
+#include "service/rig/ending.h"
 #include "service/worker/worker.h"
 #include "storage/queue.h"
 #include "storage/sweep.h"
@@ -224,6 +225,8 @@ static void sweep(struct daemon *daemon)
 		log_error("sweep", &error);
 		more = false;
 	}
+	if (recording_end_abandoned(daemon->store, &error) != TW_OK)
+		log_error("recordings", &error);
 	daemon->next_sweep_ms = more ? 0 : now_ms() + SWEEP_MS;
 }
 

@@ -4,6 +4,8 @@
  * caller's affair. */
 #include "service/rig/device.h"
 
+#include "service/rig/line.h"
+
 #include <errno.h>
 #include <modbus.h>
 #include <stdlib.h>
@@ -37,21 +39,12 @@ static modbus_t *new_tcp(const char *place, struct tw_error *error)
 
 static modbus_t *new_rtu(const char *place, struct tw_error *error)
 {
-	char path[256];
-	size_t length = strcspn(place, "?");
-	long baud = 115200;
-	char *end = NULL;
-	if (!strncmp(place + length, "?baud=", 6))
-		baud = strtol(place + length + 6, &end, 10);
-	bool tail = place[length] && (!end || *end);
-	if (length == 0 || length >= sizeof path || tail || baud < 1200 || baud > 4000000) {
-		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "the device must be rtu:/dev/NAME?baud=N");
+	struct rig_line line;
+	if (rig_line_parse(place, &line, error) != TW_OK)
 		return NULL;
-	}
-	snprintf(path, sizeof path, "%.*s", (int)length, place);
-	modbus_t *modbus = modbus_new_rtu(path, (int)baud, 'E', 8, 1);
+	modbus_t *modbus = modbus_new_rtu(line.path, line.baud, line.parity, line.data_bits, line.stop_bits);
 	if (!modbus)
-		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "not a serial line: %s",
+		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", "--device", "%s is no serial line: %s", line.path,
 			      modbus_strerror(errno));
 	return modbus;
 }
@@ -63,16 +56,34 @@ static modbus_t *new_modbus(const char *url, struct tw_error *error)
 	if (!strncmp(url, "rtu:", 4))
 		return new_rtu(url + 4, error);
 	(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", url,
-		      "the device must be tcp://HOST:PORT or rtu:/dev/NAME?baud=N");
+		      "the device must be tcp://HOST:PORT or " RIG_LINE_USAGE);
 	return NULL;
+}
+
+/* Modbus over Serial Line 1.02, 2.2: units have 1 to 247, 0 is a broadcast that nobody answers, the rest is reserved.
+ * Modbus TCP has no need of a unit: 255, or 0, is the device itself (MODBUS Messaging on TCP/IP 1.0b, 4.4.2). */
+static enum tw_status check_unit(const struct rig_device_options *options, struct tw_error *error)
+{
+	bool serial = !strncmp(options->url, "rtu:", 4);
+	bool device_itself = !serial && (options->unit == 0 || options->unit == 255);
+	if ((options->unit >= 1 && options->unit <= 247) || device_itself)
+		return TW_OK;
+	return tw_fail(
+		error, TW_ERROR_INPUT, "rig-device", "--unit",
+		serial ? "no device answers to unit %u: on a serial line units are 1 to 247"
+		       : "no device answers to unit %u: units are 1 to 247, and 0 or 255 for the TCP device itself",
+		options->unit);
 }
 
 enum tw_status rig_device_new(struct rig_device **device, const struct rig_device_options *options,
 			      struct tw_error *error)
 {
-	if (options->address + RIG_CHANNELS > 65536 || options->unit > 255)
-		return tw_fail(error, TW_ERROR_INPUT, "rig-device", "address",
-			       "registers lie below 65536, of a unit below 256");
+	if (options->address > 65536 - RIG_CHANNELS)
+		return tw_fail(error, TW_ERROR_INPUT, "rig-device", "--address",
+			       "the %d registers from %u on do not lie below 65536", RIG_CHANNELS, options->address);
+	enum tw_status status = check_unit(options, error);
+	if (status != TW_OK)
+		return status;
 	struct rig_device *made = calloc(1, sizeof *made);
 	if (!made)
 		return tw_fail_memory(error);

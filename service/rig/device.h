@@ -9,8 +9,8 @@
 #include <stdbool.h>
 
 struct rig_device_options {
-	const char *url;     /* borrowed: tcp://HOST:PORT, or rtu:/dev/ttyUSB0?baud=115200 */
-	uint32_t unit;       /* Modbus unit (slave) address */
+	const char *url;     /* borrowed: tcp://HOST:PORT, or rtu:… as in line.h */
+	uint32_t unit;       /* Modbus unit (slave) address: 1…247, over TCP also 0 and 255 */
 	uint32_t address;    /* of the first register, 0-based */
 	int holding;         /* 0: input registers (function 4), 1: holding registers (function 3) */
 	uint32_t timeout_ms; /* for a connect and for an answer */

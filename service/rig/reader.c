@@ -1,27 +1,32 @@
+/* Periods and ends are by the rig's clock; the wall clock only labels samples. Of a recording, what is in its slots is
+ * kept, so that how many samples it should have is known to one. */
 #include "service/rig/reader.h"
 
 #include "api/recording.h"
-#include "storage/queue.h"
-#include "storage/resources.h"
+#include "service/rig/clock.h"
+#include "service/rig/ending.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 enum {
-	TURN_US = 50000,        /* one turn of the loop */
-	STATE_PERIOD_MS = 200,  /* the state row */
-	APPEND_PERIOD_MS = 500, /* a recording's samples, with the lease */
+	TURN_US = 50000,           /* one turn of the loop */
+	STATE_PERIOD_US = 200000,  /* the state row */
+	APPEND_PERIOD_US = 500000, /* a recording's samples, with the lease */
 	LEASE_MS = 10000,
+	LEASE_BEYOND_MS = 2000, /* the most that a lease outlives its recording */
+	LATE_US = 1000000,      /* how long the last slot's answer is waited for */
 	PENDING_SAMPLES = 4096,
 };
 
 struct recording {
 	bool active;
 	struct job_ticket ticket;
-	int64_t start_us, end_us;
-	int64_t appended_ms;
+	struct recording_course course; /* with what is pending */
+	struct rig_counts seen;         /* the scanner's counts up to where the course has them */
+	int64_t appended_us;
 	struct rig_sample pending[PENDING_SAMPLES];
 	size_t pending_count;
 };
@@ -30,9 +35,11 @@ struct rig {
 	struct store *store;         /* borrowed */
 	struct rig_scanner *scanner; /* borrowed */
 	const char *device_url;      /* borrowed */
+	struct rig_scanner_state state;
+	uint64_t overflowed; /* samples for which `pending` had no room */
 	struct rig_sample latest;
 	bool has_sample;
-	int64_t state_put_ms;
+	int64_t state_put_us;
 	struct recording recording;
 };
 
@@ -40,55 +47,70 @@ struct rig {
 
 static enum tw_status put_state(struct rig *rig, const char *status, struct tw_error *error)
 {
-	struct rig_scanner_state scanner;
-	struct rig_state state = {.has_sample = rig->has_sample, .latest = rig->latest};
-	rig_scanner_state(rig->scanner, &scanner);
+	struct rig_state state = {.has_sample = rig->has_sample, .latest = rig->latest, .counts = rig->state.counts};
 	snprintf(state.device, sizeof state.device, "%s", rig->device_url);
 	snprintf(state.status, sizeof state.status, "%s",
-		 status              ? status
-		 : scanner.connected ? "connected"
-				     : "connecting");
-	snprintf(state.text, sizeof state.text, "%s", scanner.problem);
-	state.updated_ms = rig->state_put_ms = store_now_ms(rig->store);
+		 status                 ? status
+		 : rig->state.connected ? "connected"
+					: "connecting");
+	snprintf(state.text, sizeof state.text, "%s", rig->state.problem);
+	state.rate_hz = rig_scanner_rate_hz(rig->scanner);
+	state.counts.dropped += rig->overflowed;
+	state.updated_ms = store_now_ms(rig->store);
+	rig->state_put_us = rig_clock_us();
 	return rig_put(rig->store, &state, error);
 }
 
-/* --- one recording -------------------------------------------------------------------------------------------------
- */
+/* --- one recording ------------------------------------------------------------------------------------------------ */
 
-static enum tw_status recording_duration(struct rig *rig, const char *resource_id, double *duration_s,
-					 struct tw_error *error)
+static int64_t end_slot(const struct recording *r)
 {
-	struct resource resource;
-	struct recording_options options;
-	static const char *const others[] = {"name", NULL};
-	enum tw_status status = resource_get(rig->store, RESOURCE_RECORDING, resource_id, &resource, error);
-	if (status)
-		return status;
-	json_t *asked = json_loads(resource.options, 0, NULL);
-	option_defaults(&recording_option_table, &options);
-	status = option_from_json(&recording_option_table, &options, asked, "", others, error);
-	*duration_s = options.duration_s;
-	json_decref(asked);
-	resource_clear(&resource);
-	return status;
+	return r->course.first_slot + r->course.slot_count;
 }
 
-/* A recording that an earlier process began keeps the end that it had. */
+static int64_t end_us(const struct recording *r)
+{
+	return rig_slot_due_us(r->course.rate_hz, end_slot(r));
+}
+
+/* A recording from the next slot on. */
+static struct recording_course course_from_now(const struct rig *rig, double duration_s)
+{
+	struct recording_course course = {.rate_hz = rig_scanner_rate_hz(rig->scanner)};
+	rig_clock_boot(course.boot);
+	course.first_slot = rig_slot_after(course.rate_hz, rig_clock_us());
+	course.slot_count = llround(duration_s * course.rate_hz);
+	course.slot_count = course.slot_count > 0 ? course.slot_count : 1;
+	course.start_us = rig_slot_due_us(course.rate_hz, course.first_slot) + rig_clock_wall_offset_us();
+	course.last_slot = course.first_slot - 1;
+	return course;
+}
+
+/* Whether the slots of an earlier process's course are ours too. */
+static bool has_our_slots(const struct rig *rig, const struct recording_course *course)
+{
+	char boot[RIG_BOOT_SIZE];
+	rig_clock_boot(boot);
+	return !strcmp(boot, course->boot) && course->rate_hz == rig_scanner_rate_hz(rig->scanner);
+}
+
+/* A recording that an earlier process began goes on to the end that it had, where slots are still the same. */
 static enum tw_status recording_start(struct rig *rig, struct tw_error *error)
 {
 	struct recording *r = &rig->recording;
-	struct recording_extent extent;
-	double duration_s = 0;
-	enum tw_status status = recording_duration(rig, r->ticket.resource_id, &duration_s, error);
-	if (status)
+	struct recording_options asked;
+	bool resumed = false;
+	enum tw_status status = recording_asked(rig->store, r->ticket.resource_id, &asked, error);
+	if (status != TW_OK)
 		return status;
-	status = recording_extent(rig->store, r->ticket.resource_id, &extent, error);
-	if (status)
+	r->course = course_from_now(rig, asked.duration_s);
+	status = recording_begin(rig->store, &r->ticket, &r->course, &resumed, error);
+	if (status != TW_OK)
 		return status;
-	r->start_us = extent.sample_count ? extent.first_us : store_now_ms(rig->store) * 1000;
-	r->end_us = r->start_us + (int64_t)(duration_s * 1e6);
-	r->appended_ms = store_now_ms(rig->store);
+	if (resumed && !has_our_slots(rig, &r->course))
+		return recording_end(rig->store, &r->ticket, &r->course, error);
+	r->seen = rig->state.counts;
+	r->appended_us = rig_clock_us();
 	r->pending_count = 0;
 	r->active = true;
 	return TW_OK;
@@ -99,34 +121,16 @@ static enum tw_status claim(struct rig *rig, struct tw_error *error)
 	bool found = false;
 	struct recording *r = &rig->recording;
 	enum tw_status status =
-		job_claim(rig->store, JOB_KIND_BIT(JOB_RECORD), "rig", LEASE_MS, &r->ticket, &found, error);
-	if (status || !found)
+		job_claim(rig->store, JOB_KIND_BIT(JOB_RECORD), RIG_WORKER, LEASE_MS, &r->ticket, &found, error);
+	if (status != TW_OK || !found)
 		return status;
 	struct tw_error failure;
-	if (recording_start(rig, &failure) == TW_OK)
+	status = recording_start(rig, &failure);
+	if (status == TW_OK)
 		return TW_OK;
-	return job_fail(rig->store, &r->ticket, &failure, false, error);
-}
-
-static enum tw_status recording_finish(struct rig *rig, struct tw_error *error)
-{
-	struct recording *r = &rig->recording;
-	struct recording_extent extent;
-	enum tw_status status = recording_extent(rig->store, r->ticket.resource_id, &extent, error);
-	if (status)
-		return status;
-	char summary[256];
-	snprintf(summary, sizeof summary,
-		 "{\"sample_count\":%llu,\"channels\":%d,\"first_us\":%lld,\"last_us\":%lld,\"duration_s\":%.6f}",
-		 (unsigned long long)extent.sample_count, RIG_CHANNELS, (long long)extent.first_us,
-		 (long long)extent.last_us, (double)(r->end_us - r->start_us) / 1e6);
-	struct tw_error nothing;
-	if (extent.sample_count == 0) {
-		(void)tw_fail(&nothing, TW_ERROR_IO, "rig-no-samples", NULL,
-			      "the rig gave no sample in the whole recording; see /v1/rig for the reason");
-		return job_fail(rig->store, &r->ticket, &nothing, false, error);
-	}
-	return job_finish(rig->store, &r->ticket, &(struct job_result){.summary = summary}, error);
+	if (status == TW_ERROR_INPUT)
+		return job_fail(rig->store, &r->ticket, &failure, false, error);
+	return job_release(rig->store, &r->ticket, error); /* the store's affair, which passes */
 }
 
 static enum tw_status recording_cancel(struct rig *rig, struct tw_error *error)
@@ -136,55 +140,96 @@ static enum tw_status recording_cancel(struct rig *rig, struct tw_error *error)
 	return job_fail(rig->store, &rig->recording.ticket, &cancelled, false, error);
 }
 
-/* Appends what is pending, and ends the recording when its time is over. */
+/* What the scanner has counted since the last time. */
+static void count_losses(struct rig *rig)
+{
+	struct recording *r = &rig->recording;
+	r->course.exceptions += rig->state.counts.exceptions - r->seen.exceptions;
+	r->course.dropped += rig->state.counts.dropped - r->seen.dropped;
+	r->seen = rig->state.counts;
+}
+
+/* A lease does not outlive its recording by much, whatever becomes of this process. */
+static int64_t lease_ms(const struct recording *r, int64_t now_us)
+{
+	int64_t left_ms = (end_us(r) - now_us) / 1000;
+	int64_t lease = (left_ms > 0 ? left_ms : 0) + LEASE_BEYOND_MS;
+	return lease < LEASE_MS ? lease : LEASE_MS;
+}
+
+/* Appends what is pending, and ends the recording when its slots are over. */
 static enum tw_status recording_turn(struct rig *rig, struct tw_error *error)
 {
 	struct recording *r = &rig->recording;
-	int64_t now_ms = store_now_ms(rig->store);
-	bool over = now_ms * 1000 >= r->end_us;
-	if (!over && now_ms - r->appended_ms < APPEND_PERIOD_MS && r->pending_count < PENDING_SAMPLES / 2)
+	int64_t now_us = rig_clock_us();
+	bool over = rig->state.slot >= end_slot(r) || now_us >= end_us(r) + LATE_US;
+	if (!over && now_us - r->appended_us < APPEND_PERIOD_US && r->pending_count < PENDING_SAMPLES / 2)
 		return TW_OK;
-	double share = (double)(now_ms * 1000 - r->start_us) / (double)(r->end_us - r->start_us);
+	int64_t begin_us = rig_slot_due_us(r->course.rate_hz, r->course.first_slot);
+	double share = (double)(now_us - begin_us) / (double)(end_us(r) - begin_us);
 	bool cancel = false;
-	enum tw_status status = recording_append(rig->store, &r->ticket, r->pending, r->pending_count,
-						 share > 1 ? 1 : share, &cancel, error);
-	if (status)
+	count_losses(rig);
+	r->ticket.lease_ms = lease_ms(r, now_us);
+	enum tw_status status = recording_append(rig->store, &r->ticket, r->pending, r->pending_count, &r->course,
+						 share < 0   ? 0
+						 : share > 1 ? 1
+							     : share,
+						 &cancel, error);
+	if (status != TW_OK)
 		return status;
 	r->pending_count = 0;
-	r->appended_ms = now_ms;
+	r->appended_us = now_us;
 	if (cancel)
 		status = recording_cancel(rig, error);
 	else if (over)
-		status = recording_finish(rig, error);
+		status = recording_end(rig->store, &r->ticket, &r->course, error);
 	r->active = !cancel && !over;
 	return status;
 }
 
-/* --- the loop ------------------------------------------------------------------------------------------------------
- */
-
-static void take_samples(struct rig *rig)
+static void keep(struct rig *rig, const struct rig_scan *scan)
 {
-	struct rig_sample samples[256];
 	struct recording *r = &rig->recording;
+	struct recording_course *course = &r->course;
+	if (scan->slot < course->first_slot || scan->slot >= end_slot(r))
+		return;
+	if (r->pending_count == PENDING_SAMPLES) {
+		course->dropped++;
+		rig->overflowed++;
+		return;
+	}
+	int64_t gap = scan->slot - course->last_slot - 1;
+	course->longest_gap = gap > course->longest_gap ? gap : course->longest_gap;
+	course->last_slot = scan->slot;
+	struct rig_sample *sample = &r->pending[r->pending_count++];
+	*sample = scan->sample;
+	sample->at_us += course->start_us - rig_slot_due_us(course->rate_hz, course->first_slot);
+}
+
+/* --- the loop ----------------------------------------------------------------------------------------------------- */
+
+static void take_scans(struct rig *rig)
+{
+	struct rig_scan scans[256];
 	size_t count;
-	while ((count = rig_scanner_take(rig->scanner, samples, sizeof samples / sizeof *samples)) > 0) {
-		rig->latest = samples[count - 1];
+	/* Before the scans: what it counts as scanned is among them. */
+	rig_scanner_state(rig->scanner, &rig->state);
+	while ((count = rig_scanner_take(rig->scanner, scans, sizeof scans / sizeof *scans)) > 0) {
+		rig->latest = scans[count - 1].sample;
+		rig->latest.at_us += rig_clock_wall_offset_us();
 		rig->has_sample = true;
-		for (size_t i = 0; i < count && r->active; i++)
-			if (samples[i].at_us >= r->start_us && samples[i].at_us < r->end_us &&
-			    r->pending_count < PENDING_SAMPLES)
-				r->pending[r->pending_count++] = samples[i];
+		for (size_t i = 0; i < count && rig->recording.active; i++)
+			keep(rig, &scans[i]);
 	}
 }
 
 static enum tw_status turn(struct rig *rig, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
-	take_samples(rig);
-	if (store_now_ms(rig->store) - rig->state_put_ms >= STATE_PERIOD_MS)
+	take_scans(rig);
+	if (rig_clock_us() - rig->state_put_us >= STATE_PERIOD_US)
 		status = put_state(rig, NULL, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	return rig->recording.active ? recording_turn(rig, error) : claim(rig, error);
 }
@@ -207,16 +252,16 @@ enum tw_status rig_run(struct store *store, struct rig_scanner *scanner, const c
 	enum tw_status status = TW_OK;
 	while (!*stop) {
 		status = turn(rig, error);
-		if (status && !is_passing(rig, status))
+		if (status != TW_OK && !is_passing(rig, status))
 			break;
 		status = TW_OK;
 		usleep(TURN_US);
 	}
 	struct tw_error ignored;
-	if (rig->recording.active && job_release(store, &rig->recording.ticket, &ignored)) {
+	if (rig->recording.active && job_release(store, &rig->recording.ticket, &ignored) != TW_OK) {
 		/* The lease runs out by itself. */
 	}
-	if (put_state(rig, "stopped", &ignored)) {
+	if (put_state(rig, "stopped", &ignored) != TW_OK) {
 		/* Only a display. */
 	}
 	free(rig);

@@ -3,8 +3,8 @@
  *   acquisition box ──Modbus──► scanner thread ──ring──► rig_run ──rows──► store ◄── api
  *
  * A recording is a job like any other: claimed with a lease, written with its fence. When the process dies in the
- * middle, the job comes back after its lease, and what follows is appended to what was there: the time between is a
- * gap. */
+ * middle, the next one goes on with it at once, because it knows that it is alone (storage/role.h), and what follows is
+ * appended to what was there: the time between is a gap. Where no other comes, the daemon ends it (ending.h). */
 #ifndef SERVICE_RIG_READER_H
 #define SERVICE_RIG_READER_H
 
@@ -12,6 +12,8 @@
 #include "storage/store.h"
 
 #include <signal.h>
+
+#define RIG_WORKER "rig" /* who has the leases of recordings */
 
 /* Runs until *stop is set; an unfinished recording goes back to the queue. `device_url` is for display. */
 enum tw_status rig_run(struct store *store, struct rig_scanner *scanner, const char *device_url,

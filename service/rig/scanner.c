@@ -1,46 +1,57 @@
-/* The slots are those of a timerfd on the monotonic clock: when a scan outlasts its slot, the timer tells how many
- * slots went by, and each of them counts as a gap. After a lost connection the wait before the next attempt doubles
- * from BACKOFF_FIRST_US to BACKOFF_LAST_US; slots meanwhile are gaps. */
+/* The slots are those of a timerfd on the rig's clock: when a scan outlasts its slot, or the machine sleeps, the timer
+ * tells how many slots went by, and each of them counts as a gap. After a lost connection the wait before the next
+ * attempt doubles from BACKOFF_FIRST_US to BACKOFF_LAST_US; slots meanwhile are gaps. */
 #include "service/rig/scanner.h"
+
+#include "service/rig/clock.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/timerfd.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { RING_SAMPLES = 4096, BACKOFF_FIRST_US = 250000, BACKOFF_LAST_US = 5000000 };
 
 struct rig_scanner {
 	struct rig_device *device; /* borrowed */
-	int timer;                 /* owned */
+	uint32_t rate_hz;
+	int timer; /* owned */
 	atomic_bool stopping;
 	pthread_t thread;
 
 	/* Of the thread alone. */
-	int64_t next_attempt_us, backoff_us; /* monotonic */
+	int64_t slot; /* the one that is due */
+	int64_t next_attempt_us, backoff_us;
 
 	pthread_mutex_t lock; /* guards all below */
 	struct rig_scanner_state state;
 	uint64_t written, taken; /* samples ever; ring place is the remainder */
-	struct rig_sample ring[RING_SAMPLES];
+	struct rig_scan ring[RING_SAMPLES];
 };
 
-static int64_t now_us(clockid_t clock)
+static int64_t period_ns(uint32_t rate_hz)
 {
-	struct timespec t;
-	clock_gettime(clock, &t);
-	return (int64_t)t.tv_sec * 1000000 + t.tv_nsec / 1000;
+	return 1000000000 / (int64_t)rate_hz;
+}
+
+int64_t rig_slot_after(uint32_t rate_hz, int64_t now_us)
+{
+	return now_us * 1000 / period_ns(rate_hz) + 1;
+}
+
+int64_t rig_slot_due_us(uint32_t rate_hz, int64_t slot)
+{
+	return slot * period_ns(rate_hz) / 1000;
 }
 
 static void note_problem(struct rig_scanner *scanner, const struct tw_error *error, uint64_t gaps)
 {
 	pthread_mutex_lock(&scanner->lock);
 	scanner->state.connected = rig_device_is_connected(scanner->device);
-	scanner->state.gaps += gaps;
-	scanner->state.exceptions += error->status == TW_ERROR_UNSUPPORTED;
+	scanner->state.counts.gaps += gaps;
+	scanner->state.counts.exceptions += error->status == TW_ERROR_UNSUPPORTED;
 	snprintf(scanner->state.problem, sizeof scanner->state.problem, "%.255s", error->text);
 	pthread_mutex_unlock(&scanner->lock);
 }
@@ -48,19 +59,29 @@ static void note_problem(struct rig_scanner *scanner, const struct tw_error *err
 static void note_gaps(struct rig_scanner *scanner, uint64_t gaps)
 {
 	pthread_mutex_lock(&scanner->lock);
-	scanner->state.gaps += gaps;
+	scanner->state.counts.gaps += gaps;
 	pthread_mutex_unlock(&scanner->lock);
 }
 
-static void put_sample(struct rig_scanner *scanner, const struct rig_sample *sample)
+/* The slot that has come due, after `slots` expirations of the timer: those before the last went by. */
+static void next_slot(struct rig_scanner *scanner, uint64_t slots)
+{
+	scanner->slot += (int64_t)slots;
+	pthread_mutex_lock(&scanner->lock);
+	scanner->state.slot = scanner->slot;
+	scanner->state.counts.gaps += slots - 1;
+	pthread_mutex_unlock(&scanner->lock);
+}
+
+static void put_scan(struct rig_scanner *scanner, const struct rig_scan *scan)
 {
 	pthread_mutex_lock(&scanner->lock);
-	scanner->ring[scanner->written++ % RING_SAMPLES] = *sample;
+	scanner->ring[scanner->written++ % RING_SAMPLES] = *scan;
 	if (scanner->written - scanner->taken > RING_SAMPLES) {
 		scanner->taken++;
-		scanner->state.dropped++;
+		scanner->state.counts.dropped++;
 	}
-	scanner->state.scans++;
+	scanner->state.counts.scans++;
 	scanner->state.connected = true;
 	scanner->state.problem[0] = 0;
 	pthread_mutex_unlock(&scanner->lock);
@@ -68,7 +89,7 @@ static void put_sample(struct rig_scanner *scanner, const struct rig_sample *sam
 
 static void back_off(struct rig_scanner *scanner)
 {
-	scanner->next_attempt_us = now_us(CLOCK_MONOTONIC) + scanner->backoff_us;
+	scanner->next_attempt_us = rig_clock_us() + scanner->backoff_us;
 	scanner->backoff_us = scanner->backoff_us * 2 > BACKOFF_LAST_US ? BACKOFF_LAST_US : scanner->backoff_us * 2;
 }
 
@@ -77,7 +98,7 @@ static bool ensure_connected(struct rig_scanner *scanner)
 {
 	if (rig_device_is_connected(scanner->device))
 		return true;
-	int64_t now = now_us(CLOCK_MONOTONIC);
+	int64_t now = rig_clock_us();
 	if (now < scanner->next_attempt_us) {
 		note_gaps(scanner, 1);
 		return false;
@@ -89,7 +110,7 @@ static bool ensure_connected(struct rig_scanner *scanner)
 		return false;
 	}
 	pthread_mutex_lock(&scanner->lock);
-	scanner->state.connects++;
+	scanner->state.counts.connects++;
 	scanner->state.connected = true;
 	pthread_mutex_unlock(&scanner->lock);
 	return true;
@@ -97,11 +118,11 @@ static bool ensure_connected(struct rig_scanner *scanner)
 
 static void scan_once(struct rig_scanner *scanner)
 {
-	struct rig_sample sample = {0};
+	struct rig_scan scan = {.slot = scanner->slot};
 	struct tw_error error;
 	if (!ensure_connected(scanner))
 		return;
-	enum tw_status status = rig_device_scan(scanner->device, sample.counts, &error);
+	enum tw_status status = rig_device_scan(scanner->device, scan.sample.counts, &error);
 	if (status) {
 		if (!rig_device_is_connected(scanner->device))
 			back_off(scanner);
@@ -111,8 +132,8 @@ static void scan_once(struct rig_scanner *scanner)
 	/* Only an answer proves that the peer is alive: a peer that accepts and hangs up at once keeps the back-off
 	 * growing. */
 	scanner->backoff_us = BACKOFF_FIRST_US;
-	sample.at_us = now_us(CLOCK_REALTIME);
-	put_sample(scanner, &sample);
+	scan.sample.at_us = rig_clock_us();
+	put_scan(scanner, &scan);
 }
 
 static void *run(void *argument)
@@ -122,21 +143,26 @@ static void *run(void *argument)
 		uint64_t slots = 0;
 		if (read(scanner->timer, &slots, sizeof slots) != (ssize_t)sizeof slots)
 			continue;
-		if (slots > 1)
-			note_gaps(scanner, slots - 1);
+		next_slot(scanner, slots);
 		scan_once(scanner);
 	}
 	return NULL;
 }
 
-static int start_timer(uint32_t rate_hz)
+static struct timespec time_of_ns(int64_t ns)
 {
-	int timer = timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC);
-	long period_ns = 1000000000L / (long)rate_hz;
-	struct timespec period = {.tv_sec = period_ns / 1000000000L, .tv_nsec = period_ns % 1000000000L};
-	struct itimerspec every = {.it_interval = period, .it_value = period};
+	return (struct timespec){.tv_sec = ns / 1000000000, .tv_nsec = ns % 1000000000};
+}
+
+/* The timer first fires at the slot behind scanner->slot, and then at every one. */
+static int start_timer(const struct rig_scanner *scanner)
+{
+	int timer = timerfd_create(CLOCK_BOOTTIME, TFD_CLOEXEC);
+	int64_t period = period_ns(scanner->rate_hz);
+	struct itimerspec every = {.it_interval = time_of_ns(period),
+				   .it_value = time_of_ns((scanner->slot + 1) * period)};
 	if (timer >= 0)
-		timerfd_settime(timer, 0, &every, NULL);
+		timerfd_settime(timer, TFD_TIMER_ABSTIME, &every, NULL);
 	return timer;
 }
 
@@ -149,7 +175,9 @@ enum tw_status rig_scanner_start(struct rig_scanner **scanner, struct rig_device
 	made->device = device;
 	made->backoff_us = BACKOFF_FIRST_US;
 	pthread_mutex_init(&made->lock, NULL);
-	made->timer = start_timer(rate_hz);
+	made->rate_hz = rate_hz;
+	made->slot = rig_slot_after(rate_hz, rig_clock_us());
+	made->timer = start_timer(made);
 	if (made->timer < 0 || pthread_create(&made->thread, NULL, run, made)) {
 		if (made->timer >= 0)
 			close(made->timer);
@@ -172,12 +200,17 @@ void rig_scanner_stop(struct rig_scanner *scanner)
 	free(scanner);
 }
 
-size_t rig_scanner_take(struct rig_scanner *scanner, struct rig_sample *samples, size_t most)
+uint32_t rig_scanner_rate_hz(const struct rig_scanner *scanner)
+{
+	return scanner->rate_hz;
+}
+
+size_t rig_scanner_take(struct rig_scanner *scanner, struct rig_scan *scans, size_t most)
 {
 	size_t count = 0;
 	pthread_mutex_lock(&scanner->lock);
 	while (count < most && scanner->taken < scanner->written)
-		samples[count++] = scanner->ring[scanner->taken++ % RING_SAMPLES];
+		scans[count++] = scanner->ring[scanner->taken++ % RING_SAMPLES];
 	pthread_mutex_unlock(&scanner->lock);
 	return count;
 }
