@@ -5,7 +5,7 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { Service, run, temporaryFolder, until } from './service.mjs';
+import { Service, run, sleep, temporaryFolder, until } from './service.mjs';
 
 const folder = temporaryFolder();
 const suit = (...parts) => join(folder.path, 'suit', ...parts);
@@ -400,6 +400,25 @@ test('jobs list newest first, by kind and state, and a failed one can be driven 
   const ended = await service.finished(`/v1/jobs/${json.items[0].id}`);
   assert.equal(ended.state, 'failed');
   assert.ok(ended.finished_at > json.items[0].finished_at);
+});
+
+// The layouts of a square are shorter than a heartbeat, so that many of the cancels find one that is about to end.
+test('a cancel is obeyed, or told that it came too late', async () => {
+  const { json: flat } = await upload(square());
+  const { json: plain } = await service.post('/v1/fields', { mesh: flat.id, motions: [] }, wait);
+  assert.equal(plain.state, 'succeeded', JSON.stringify(plain.problem));
+  const rounds = Array.from({ length: 60 }, async (_, i) => {
+    const request = { field: plain.id, terminals: [{ vertex: 0 }, { vertex: 2 }] };
+    const { json } = await service.post('/v1/layouts', request);
+    await sleep(i % 20);
+    const cancel = await service.post(`/v1/jobs/${json.job.id}/cancel`);
+    const ended = await service.finished(json.href);
+    if (cancel.status === 409) assert.equal(cancel.json.type, 'urn:tightwire:problem:job-finished');
+    else assert.equal(cancel.status, 200);
+    assert.equal(ended.state, cancel.status === 409 ? 'succeeded' : 'cancelled');
+    assert.equal(ended.artifacts.length > 0, ended.state === 'succeeded');
+  });
+  await Promise.all(rounds);
 });
 
 test('deleting takes all that was made from it, when asked to', async () => {
