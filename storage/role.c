@@ -15,8 +15,7 @@ struct role {
 
 static bool lock(int file, enum store_role part)
 {
-	struct flock lock = {
-		.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = GATE_BYTES + (off_t)part, .l_len = 1};
+	struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = GATE_BYTES + (off_t)part, .l_len = 1};
 	return fcntl(file, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES);
 }
 
@@ -26,7 +25,8 @@ enum tw_status role_take(struct role **role, struct store *store, enum store_rol
 	struct role *taken = calloc(1, sizeof *taken);
 	if (!taken)
 		return tw_fail_memory(error);
-	taken->file = gate_open_file(sqlite3_db_filename(store->reads.db, "main"));
+	const char *database = sqlite3_db_filename(store->reads.db, "main");
+	taken->file = database[0] ? gate_open_file(database) : -1; /* one in memory is this process's alone */
 	if (taken->file >= 0 && !lock(taken->file, part)) {
 		role_release(taken);
 		return TW_OK;

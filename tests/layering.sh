@@ -33,8 +33,8 @@ only service 'microhttpd\.h'
 only service 'modbus'
 only solver 'OpenMesh'
 
-# No circles between headers.
-includes . | grep -E '\.h:' | sed -E 's/^\.\///; s/:/ /' | tsort >/dev/null 2>build/.circles || true
-if [ -s build/.circles ]; then echo "layering: a circle of headers:"; cat build/.circles; bad=1; fi
+# No circles between files; a header and the source of the same name are one.
+includes . | sed -E 's/^\.\///; s/\.(h|c|cc):/ /; s/\.(h|c|cc)$//' | tsort >/dev/null 2>build/.circles || true
+if [ -s build/.circles ]; then echo "layering: a circle of files:"; cat build/.circles; bad=1; fi
 [ $bad -eq 0 ] && echo "layering: clean"
 exit $bad

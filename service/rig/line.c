@@ -5,8 +5,9 @@
 #include <string.h>
 
 /* What libmodbus 3.1.6 sets; any other it would take for 9600 without a word. */
-static const int bauds[] = {1200,   2400,   4800,   9600,    19200,   38400,   57600,   115200,  230400,  460800, 500000,
-			    576000, 921600, 1000000, 1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000};
+static const int bauds[] = {1200,    2400,    4800,    9600,    19200,   38400,   57600,
+			    115200,  230400,  460800,  500000,  576000,  921600,  1000000,
+			    1152000, 1500000, 2000000, 2500000, 3000000, 3500000, 4000000};
 
 static enum tw_status refuse(const char *what, size_t length, const char *why, struct tw_error *error)
 {

@@ -4,7 +4,6 @@
 
 #include "tightwire.h"
 
-
 #define RIG_LINE_USAGE                                                                                                 \
 	"rtu:/dev/NAME, or rtu:/dev/NAME?baud=115200&parity=even&data=8&stop=1 with parity none, even or odd, "        \
 	"7 or 8 data bits, 1 or 2 stop bits"

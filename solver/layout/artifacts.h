@@ -2,7 +2,7 @@
 #ifndef SOLVER_LAYOUT_ARTIFACTS_H
 #define SOLVER_LAYOUT_ARTIFACTS_H
 
-#include "solver/layout/layout.h"
+#include "solver/layout/output.h"
 #include "solver/layout/result.h"
 
 /* Writes all files into the output. The bytes lie in the arena. TW_ERROR_MEMORY. */

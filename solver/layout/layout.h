@@ -7,24 +7,8 @@
 #define SOLVER_LAYOUT_LAYOUT_H
 
 #include "solver/layout/input.h"
-#include "solver/layout/summary.h"
+#include "solver/layout/output.h"
 #include "tightwire.h"
-
-/* A file that the layout gives. */
-struct layout_artifact {
-	const char *name;       /* borrowed, static: "layout.json", "pattern.svg", "suit.svg" */
-	const char *media_type; /* borrowed, static */
-	const char *bytes;      /* borrowed from the caller's arena; a NUL stands behind the last byte */
-	size_t size;
-};
-
-enum { LAYOUT_ARTIFACTS_MAX = 8 };
-
-struct layout_output {
-	struct layout_artifact artifacts[LAYOUT_ARTIFACTS_MAX];
-	uint32_t artifact_count;
-	struct layout_summary summary;
-};
 
 /* Computes the layout. All of *output is allocated from `arena`. TW_ERROR_INPUT names the terminal that cannot be
  * placed

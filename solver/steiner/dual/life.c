@@ -1,10 +1,10 @@
 /* Purpose: set a dual up, carry it over to a smaller instance, ask it for distances. */
 #include "solver/steiner/dual/dual.h"
 
+#include "solver/splitmix.h"
 #include "solver/steiner/dual/ball.h"
 #include "solver/steiner/dual/fault.h"
 #include "solver/steiner/dual/queue.h"
-#include "solver/splitmix.h"
 
 #include <assert.h>
 #include <string.h>
