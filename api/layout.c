@@ -33,31 +33,41 @@ static enum tw_status find_idempotency_key(const struct api_call *call, const ch
 		       IDEMPOTENCY_KEY_MAX);
 }
 
-/* The request as the worker will read it and as it can be computed again a year later: as it came, without white space
- * and with its members in one order, so that the same request always has the same bytes. */
-static enum tw_status canonical_request(const struct api_call *call, char **request, struct tw_error *error)
+/* Without white space and with its members in one order, so that the same request always has the same bytes. */
+static enum tw_status print_canonical(json_t *body, char **text, struct tw_error *error)
+{
+	*text = json_dumps(body, JSON_COMPACT | JSON_SORT_KEYS);
+	json_decref(body);
+	return *text ? TW_OK : tw_fail_memory(error);
+}
+
+/* The request as the worker will read it and as it can be computed again a year later; and as it was written, because
+ * that is what releases have in common. */
+static enum tw_status read_request(const struct api_call *call, char **options, char **asked, struct tw_error *error)
 {
 	json_t *body = NULL;
 	enum tw_status status = option_json_parse(&body, call->body, call->body_size, error);
-	if (status)
-		return status;
-	*request = json_dumps(body, JSON_COMPACT | JSON_SORT_KEYS);
-	json_decref(body);
-	return *request ? TW_OK : tw_fail_memory(error);
+	if (status == TW_OK)
+		status = print_canonical(body, options, error);
+	if (status == TW_OK)
+		status = option_json_parse_as_written(&body, call->body, call->body_size, error);
+	return status == TW_OK ? print_canonical(body, asked, error) : status;
 }
 
 static enum tw_status create_layout(struct api_call *call, const char *field, struct tw_error *error)
 {
-	char *options = NULL;
+	char *options = NULL, *asked = NULL;
 	const char *needs[] = {field};
 	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .needs = needs, .need_count = 1};
 	enum tw_status status = find_idempotency_key(call, &draft.idempotency_key, error);
-	if (!status)
-		status = canonical_request(call, &options, error);
+	if (status == TW_OK)
+		status = read_request(call, &options, &asked, error);
 	draft.options = options;
-	if (!status)
+	draft.asked = asked;
+	if (status == TW_OK)
 		status = resource_respond_create(call, &draft, error);
 	free(options);
+	free(asked);
 	return status;
 }
 

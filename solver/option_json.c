@@ -81,7 +81,7 @@ static void skip_mark(const char **bytes, size_t *size)
 	*size -= 3;
 }
 
-enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size, struct tw_error *error)
+enum tw_status option_json_parse_as_written(json_t **object, const char *bytes, size_t size, struct tw_error *error)
 {
 	*object = NULL;
 	if (size > TW_LIMIT_JSON_BYTES)
@@ -98,6 +98,12 @@ enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size
 		*object = NULL;
 		status = tw_fail(error, TW_ERROR_INPUT, "json-type", NULL, "the JSON must be an object");
 	}
+	return status;
+}
+
+enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size, struct tw_error *error)
+{
+	enum tw_status status = option_json_parse_as_written(object, bytes, size, error);
 	if (status == TW_OK)
 		make_whole(*object);
 	return status;

@@ -13,4 +13,8 @@
  * is no object. */
 enum tw_status option_json_parse(json_t **object, const char *bytes, size_t size, struct tw_error *error) TW_NODISCARD;
 
+/* The same, with every number as it was written: for comparing requests with those of other releases. */
+enum tw_status option_json_parse_as_written(json_t **object, const char *bytes, size_t size,
+					    struct tw_error *error) TW_NODISCARD;
+
 #endif

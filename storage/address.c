@@ -75,7 +75,7 @@ enum tw_status address_fingerprint(struct store *store, const struct resource_dr
 	content_hasher_init(&hasher);
 	add_text(&hasher, kind->name);
 	add_text(&hasher, kind->name_counts ? draft->name : "");
-	add_text(&hasher, draft->options ? draft->options : "{}");
+	add_text(&hasher, draft->asked ? draft->asked : draft->options ? draft->options : "{}");
 	for (size_t i = 0; i < draft->need_count; i++)
 		add_text(&hasher, draft->needs[i]);
 	add_text(&hasher, "uploads");

@@ -38,9 +38,12 @@ void resource_page_clear(struct resource_page *page);
 /* All borrowed. */
 struct resource_draft {
 	enum resource_kind kind;
-	const char *tenant;       /* whose it is; NULL for STORE_TENANT_DEFAULT */
-	const char *name;         /* may be NULL */
-	const char *options;      /* JSON object in canonical form; NULL means {} */
+	const char *tenant;  /* whose it is; NULL for STORE_TENANT_DEFAULT */
+	const char *name;    /* may be NULL */
+	const char *options; /* JSON object in canonical form; NULL means {} */
+	/* What tells whether a request under an idempotency key is the same: in the form that every release has given
+	 * it, so that a key finds its answer after an upgrade; NULL: the options. */
+	const char *asked;
 	const char *const *needs; /* ids of the resources that it is made from: mesh before motions */
 	size_t need_count;
 	const char *const *uploads; /* ids of sealed uploads; the resource takes them over */

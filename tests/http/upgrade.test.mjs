@@ -42,7 +42,7 @@ before(async () => {
   old.resources = rows('resource').map(([number, id, kind, name, options]) => {
     const job = jobs.find((row) => row[2] === number);
     const [, , mesh] = needs.find((row) => row[0] === number && row[1] === 0) ?? [];
-    return { number, id, kind, name, options: JSON.parse(options), state: states[job[4]], job: job[1], need: mesh };
+    return { number, id, kind, name, text: options, options: JSON.parse(options), state: states[job[4]], need: mesh };
   });
   const byNumber = (number) => old.resources.find((one) => one.number === number);
   for (const one of old.resources) {
@@ -176,7 +176,12 @@ test('an outdated layout is renewed on a field of today, once', async () => {
 
 test('the key of an order from before the upgrade finds its layout', async () => {
   const layout = layouts().find((one) => one.number === rows('idempotency')[0][3]);
-  const { status, json } = await service.post('/v1/layouts', layout.options, { 'idempotency-key': old.key });
-  assert.equal(status, 200);
+  // Word for word as it was sent, its 60.0 and 0.0 included, which this release stores as 60 and 0.
+  assert.match(layout.text, /60\.0.*0\.0/);
+  const headers = { 'idempotency-key': old.key, 'content-type': 'application/json' };
+  const { status, json } = await service.post('/v1/layouts', layout.text, headers);
+  assert.equal(status, 200, JSON.stringify(json));
   assert.equal(json.id, layout.id);
+  const other = layout.text.replace('"vertex":8', '"vertex":7');
+  assert.equal((await service.post('/v1/layouts', other, headers)).json.type, 'urn:tightwire:problem:idempotency-key-reused');
 });
