@@ -23,6 +23,19 @@ void ribbon_add_side(struct region_builder *builder, const struct span *span, do
 		region_add_point(builder, beside(span, (double)(backwards ? cuts - i : i) / cuts, offset));
 }
 
+/* Beyond the centre of an arc that is tighter than half the width the strip lies on itself: what is there is a sector
+ * of its own. */
+static void add_sector(struct region_builder *builder, const struct span *span, double beyond)
+{
+	uint32_t cuts = span_cuts(span, chord_angle(beyond));
+	region_begin_loop(builder);
+	region_add_point(builder, span->centre);
+	for (uint32_t i = 0; i <= cuts; i++) {
+		struct vec2 point = span_point(span, (double)(span->turn > 0 ? i : cuts - i) / cuts);
+		region_add_point(builder, vec2_along(span->centre, vec2_unit(vec2_sub(span->centre, point)), beyond));
+	}
+}
+
 void ribbon_add(struct region_builder *builder, const struct span *span, uint32_t span_count, double width)
 {
 	region_begin_loop(builder);
@@ -30,4 +43,7 @@ void ribbon_add(struct region_builder *builder, const struct span *span, uint32_
 		ribbon_add_side(builder, &span[s], -width / 2, false);
 	for (uint32_t s = span_count; s-- > 0;)
 		ribbon_add_side(builder, &span[s], width / 2, true);
+	for (uint32_t s = 0; s < span_count; s++)
+		if (span_is_arc(&span[s]) && width / 2 > span[s].radius)
+			add_sector(builder, &span[s], width / 2 - span[s].radius);
 }

@@ -16,8 +16,6 @@ enum {
 	EDGES_A_PART = 512,
 };
 
-#define TOUCHED_SHARE 1e-6 /* of a strip: less of a keep-out is a matter of rounding */
-
 /* What the threads share while they weigh. */
 struct weighing {
 	const struct garment *garment;
@@ -70,7 +68,7 @@ static bool is_forbidden(const struct weighing *w, unsigned thread, uint32_t edg
 		return false;
 	struct strip kept_out;
 	strip_edge(w->keep_out_walker[thread], edge, options->strip_width_mm, &kept_out);
-	return kept_out.cost > TOUCHED_SHARE * kept_out.area_mm2;
+	return strip_touches(&kept_out);
 }
 
 static double edge_cost(const struct weighing *w, unsigned thread, uint32_t edge, const struct strip *strip)

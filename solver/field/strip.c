@@ -409,6 +409,11 @@ double strip_cost(const struct strip *strip, int overhang)
 	return strip->cost + charge < 0 ? 0 : strip->cost + charge;
 }
 
+bool strip_touches(const struct strip *strip)
+{
+	return strip->cost > NEGLIGIBLE_SHARE * strip->area_mm2;
+}
+
 double strip_coverage(const struct strip *strip)
 {
 	double share = strip->area_mm2 > 0 ? strip->covered_mm2 / strip->area_mm2 : 0;

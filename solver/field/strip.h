@@ -14,6 +14,8 @@
 #include "solver/field/options.h"
 #include "solver/garment/garment.h"
 
+#include <stdbool.h>
+
 /* What is walked on: one record for a face, a cache line each. Built once, shared by threads. */
 struct strip_fabric {
 	const struct garment *garment;   /* borrowed */
@@ -62,6 +64,10 @@ void strip_add(struct strip *sum, const struct strip *part);
 
 /* Cost with what is missing charged at the largest value, or not (FIELD_OVERHANG_IGNORE), MPa mm2. */
 double strip_cost(const struct strip *strip, int overhang);
+
+/* Of a strip that integrates 1 over some faces: whether it covers any of them; what is less than a millionth of it is a
+ * matter of rounding. */
+bool strip_touches(const struct strip *strip);
 
 /* Share of the strip that fabric covers, 0…1. */
 double strip_coverage(const struct strip *strip);

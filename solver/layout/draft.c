@@ -14,13 +14,46 @@
 enum { DRAWINGS = 7, BOLDER_DRAWINGS = 2 };
 static const double split_share = 0.4; /* of the shorter leg: how far the two corners of a split one stand from it */
 
-/* The cost of a leg by the fabric under it; INFINITY where it leaves its piece or enters a keep-out. */
+double draft_stray(const struct draft *draft, uint32_t first, uint32_t end, struct vec2 point)
+{
+	double nearest = INFINITY;
+	for (uint32_t leg = first; leg < end; leg++) {
+		const struct vec2 *ends = draft->tree[leg];
+		nearest = fmin(nearest,
+			       vec2_distance(point, vec2_mix(ends[0], ends[1], vec2_nearest(ends[0], ends[1], point))));
+	}
+	return nearest;
+}
+
+/* How much kept-out fabric the strip of a span covers, mm². */
+static double kept_out_area(const struct smoother *smoother, const struct span *span, uint32_t piece)
+{
+	static const double arc_step = 0.175; /* radians */
+	double area = 0;
+	uint32_t parts = span_cuts(span, arc_step);
+	if (!smoother->rules->keep_out)
+		return 0;
+	for (uint32_t i = 0; i < parts; i++) {
+		struct vec2 quad[4];
+		struct place place;
+		struct strip strip;
+		span_strip(span, (double)i / parts, (i + 1.0) / parts, smoother->rules->strip_width_mm, quad);
+		const double corner[8] = {quad[0].x, quad[0].y, quad[1].x, quad[1].y,
+					  quad[2].x, quad[2].y, quad[3].x, quad[3].y};
+		locator_find(smoother->locator, piece, span_point(span, (i + 0.5) / parts), &place);
+		strip_polygon(smoother->rules->keep_out, place.face, corner, 4, &strip);
+		area += strip_touches(&strip) ? strip.cost : 0;
+	}
+	return area;
+}
+
+/* The cost of a leg by the fabric under it; INFINITY where it leaves its piece or the tolerance, or where its strip
+ * covers what is kept out. */
 static double leg_cost(void *context, uint32_t i, uint32_t j)
 {
-	static const double step_mm = 4;
+	static const double step_mm = 3;
 	const struct draft *draft = context;
 	const struct smoother *smoother = draft->smoother;
-	const uint8_t *keep_out = smoother->rules->face_keep_out;
 	uint32_t run = draft->path.leg_run[i];
 	struct vec2 a = draft_in_piece(draft, run, draft->path.point[i]),
 		    b = draft_in_piece(draft, run, draft->path.point[j]);
@@ -28,14 +61,17 @@ static double leg_cost(void *context, uint32_t i, uint32_t j)
 	uint32_t steps = (uint32_t)(length / step_mm) + 2;
 	for (uint32_t s = 0; s < steps; s++) {
 		struct place place;
-		locator_find(smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, (s + 0.5) / steps), &place);
-		if (place.distance > 0.05 || (keep_out && keep_out[place.face]))
+		double t = (s + 0.5) / steps;
+		locator_find(smoother->locator, draft->path.run[run].piece, vec2_mix(a, b, t), &place);
+		struct vec2 point = vec2_mix(draft->path.point[i], draft->path.point[j], t);
+		if (place.distance > 0.05 || draft_stray(draft, i, j, point) > draft_held_mm(draft))
 			return INFINITY;
 		const uint32_t *corner = smoother->network->garment->face_vertex + 3 * (size_t)place.face;
 		for (uint32_t k = 0; k < 3; k++)
 			sum += place.barycentric[k] * (smoother->vertex_rate ? smoother->vertex_rate[corner[k]] : 1);
 	}
-	return length * sum / steps;
+	const struct span leg = span_line(a, b, draft->path.run[run].piece);
+	return kept_out_area(smoother, &leg, leg.piece) > 0 ? INFINITY : length * sum / steps;
 }
 
 /* The polygon of a strand: the kept nodes, split in two (with the node itself between) where the curve must pass. */
@@ -67,7 +103,7 @@ static void make_corners(const struct draft *draft, struct polygon *polygon)
 		struct vec2 at = path->point[node];
 		uint32_t in_run = path->leg_run[node ? node - 1 : 0];
 		uint32_t out_run = path->leg_run[node + 1 < path->count ? node : node - 1];
-		double tolerance = polygon->boldness[k] * draft->smoother->rules->tolerance_mm;
+		double tolerance = polygon->boldness[k] * draft->tolerance_mm;
 		if (k == 0 || k + 1 == polygon->kept_count || !draft->stop[node]) {
 			add_corner(polygon, at, out_run, k, tolerance);
 			continue;
@@ -88,23 +124,30 @@ static void make_corners(const struct draft *draft, struct polygon *polygon)
 	}
 }
 
-/* How badly a span breaks the rules, in millimetres: what its radius lacks, and how far it is off its piece. */
-static double badness(const struct draft *draft, const struct span *span, uint32_t run_index, double *radius_lack)
+/* How badly a span breaks the rules, in millimetres: what its radius lacks, how far it is off its piece and beyond the
+ * tolerance, and over what length a strip's width of kept-out fabric is covered. */
+static double badness(const struct draft *draft, const struct polygon *polygon, const struct span *span,
+		      double *radius_lack)
 {
 	const struct smoother *smoother = draft->smoother;
-	const uint8_t *keep_out = smoother->rules->face_keep_out;
-	const struct run *run = &draft->path.run[run_index];
-	double lack = span_is_arc(span) ? smoother->rules->minimum_radius_mm - span->radius : 0, off = 0;
-	uint32_t steps = (uint32_t)(span_length(span) / 3) + 2;
+	const struct wire_rules *rules = smoother->rules;
+	uint32_t corner = span->piece, origin = polygon->origin[corner];
+	const struct run *run = &draft->path.run[polygon->run[corner]];
+	uint32_t first = polygon->kept[origin ? origin - 1 : 0];
+	uint32_t end = polygon->kept[origin + 2 < polygon->kept_count ? origin + 2 : polygon->kept_count - 1];
+	double lack = span_is_arc(span) ? rules->minimum_radius_mm - span->radius : 0, off = 0, stray = 0;
+	uint32_t steps = (uint32_t)(span_length(span) / 2) + 2;
 	for (uint32_t i = 1; i < steps; i++) {
 		struct place place;
-		struct vec2 point = placement_undo(run->placement, span_point(span, (double)i / steps));
-		locator_find(smoother->locator, run->piece, point, &place);
-		double here = place.distance + (keep_out && keep_out[place.face] ? 1 : 0);
-		off = here > off ? here : off;
+		struct vec2 point = span_point(span, (double)i / steps);
+		locator_find(smoother->locator, run->piece, placement_undo(run->placement, point), &place);
+		off = fmax(off, place.distance);
+		stray = fmax(stray, draft_stray(draft, first, end, point) - draft_held_mm(draft));
 	}
+	const struct span folded = span_unplace(span, run->placement);
+	double covered = kept_out_area(smoother, &folded, run->piece) / rules->strip_width_mm;
 	*radius_lack = lack > 1e-6 ? lack : 0;
-	return *radius_lack + (off > 0.1 ? off : 0);
+	return *radius_lack + (off > 0.1 ? off : 0) + (stray > 1e-3 ? stray : 0) + covered;
 }
 
 /* The sum over all spans. The corners beside a span that is off its piece become shyer; those of an arc that is too
@@ -116,7 +159,7 @@ static double judge(const struct draft *draft, struct polygon *polygon, const st
 	uint32_t changed = GARMENT_NONE;
 	for (uint32_t s = 0; s < count; s++) {
 		uint32_t corner = span[s].piece;
-		double lack, bad = badness(draft, &span[s], polygon->run[corner], &lack);
+		double lack, bad = badness(draft, polygon, &span[s], &lack);
 		sum += bad;
 		if (bad == 0)
 			continue;
@@ -135,7 +178,7 @@ static double judge(const struct draft *draft, struct polygon *polygon, const st
 static enum tw_status round_corners(struct draft *draft, struct polygon *polygon, struct tw_error *error)
 {
 	const struct smoother *smoother = draft->smoother;
-	double least = INFINITY;
+	double least = draft->badness = INFINITY;
 	for (int drawing = 0; drawing < DRAWINGS && least > 0; drawing++) {
 		struct span *span;
 		uint32_t count;
@@ -153,6 +196,7 @@ static enum tw_status round_corners(struct draft *draft, struct polygon *polygon
 		least = bad;
 		draft->span = span;
 		draft->span_count = count;
+		draft->badness = bad;
 	}
 	return TW_OK;
 }
@@ -184,7 +228,7 @@ enum tw_status draft_draw(struct draft *draft, struct tw_error *error)
 		.rate = draft->rate,
 		.stop = draft->stop,
 		.count = draft->path.count,
-		.tolerance = smoother->rules->tolerance_mm,
+		.tolerance = draft->tolerance_mm,
 		.minimum_radius = smoother->rules->minimum_radius_mm,
 		.bend_price = smoother->rules->strip_width_mm,
 		.leg_cost = leg_cost,

@@ -25,11 +25,14 @@ struct draft {
 	struct smoother *smoother;
 	const struct strand *strand;
 	struct unfolded path;
-	bool extended_first; /* a node was put before the strand's own first */
-	bool *stop;          /* [path.count] */
-	double *rate;        /* [path.count] */
+	bool extended_first;    /* a node was put before the strand's own first */
+	bool *stop;             /* [path.count] */
+	double *rate;           /* [path.count] */
+	struct vec2 (*tree)[2]; /* [path.count - 1] the tree's own path, leg by leg, in the strand's plane */
+	double tolerance_mm; /* of straightening; less than the rules' makes for a curve that is nearer to the path */
 	struct span *span;   /* in the strand's plane; a span's piece is its run */
 	uint32_t span_count;
+	double badness; /* mm by which the curve breaks rules, summed up; 0 for none */
 };
 
 /* A point of the strand's plane in the plane of the piece that a run lies in. */
@@ -38,7 +41,16 @@ static inline struct vec2 draft_in_piece(const struct draft *draft, uint32_t run
 	return placement_undo(draft->path.run[run].placement, point);
 }
 
-/* Straightens the path and rounds its corners: sets `span` and `span_count`. TW_ERROR_MEMORY. */
+/* The tolerance that is held while curves are looked at in steps: between them they may stray a little more. */
+static inline double draft_held_mm(const struct draft *draft)
+{
+	return 0.98 * draft->smoother->rules->tolerance_mm;
+}
+
+/* How far a point of the strand's plane is from legs first…end - 1 of the tree's own path. */
+double draft_stray(const struct draft *draft, uint32_t first, uint32_t end, struct vec2 point);
+
+/* Straightens the path and rounds its corners: sets `span`, `span_count` and `badness`. TW_ERROR_MEMORY. */
 enum tw_status draft_draw(struct draft *draft, struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -79,13 +79,15 @@ static void choose_rules(struct job *job)
 {
 	const struct layout_options *options = &job->input->request->options;
 	double half = job->pricing.field->options.strip_width_mm / 2;
-	double zigzag = 0.75 * job->pricing.network.mean_edge_mm;
+	double zigzag = 1.5 * job->pricing.network.mean_edge_mm;
 	job->rules = (struct wire_rules){
 		.strip_width_mm = 2 * half,
 		.minimum_radius_mm = isnan(options->minimum_radius_mm) ? half : options->minimum_radius_mm,
-		.tolerance_mm = isnan(options->tolerance_mm) ? (half > zigzag ? half : zigzag) : options->tolerance_mm,
+		.tolerance_mm = isnan(options->tolerance_mm) ? fmax(2 * half, zigzag) : options->tolerance_mm,
 		.clearance_mm = isnan(options->seam_clearance_mm) ? half : options->seam_clearance_mm,
+		.spacing_mm = options->strip_spacing_mm,
 		.face_keep_out = job->pricing.constraints ? job->pricing.constraints->face_keep_out : NULL,
+		.keep_out = job->pricing.keep_out_walker,
 	};
 }
 
@@ -173,7 +175,6 @@ static struct metrics_input metrics_input_of(const struct job *job, const struct
 		.field = job->pricing.field,
 		.branches = &solved->branches,
 		.wires = &solved->wires,
-		.rules = &job->rules,
 		.fabric = &job->pricing.fabric,
 		.walker = job->pricing.walker,
 	};
@@ -194,7 +195,18 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 		return status;
 	const struct metrics_input input = metrics_input_of(job, solved);
 	double start = now();
-	status = metrics_measure(&solved->metrics, &solved->trace, job->arena, &input, error);
+	const struct rules_input rules = {
+		.network = &job->pricing.network,
+		.locator = job->locator,
+		.branches = &solved->branches,
+		.wires = &solved->wires,
+		.strips = solved->strips,
+		.cutter = &job->cutter,
+		.rules = &job->rules,
+	};
+	status = rules_check(&solved->violations, job->arena, &rules, error);
+	if (status == TW_OK)
+		status = metrics_measure(&solved->metrics, &solved->trace, job->arena, &input, error);
 	*seconds_metrics += now() - start;
 	return status;
 }
@@ -314,7 +326,7 @@ static void summarise(const struct job *job, const struct layout_result *result,
 	summary->lower_bound = job->ours.tree.lower_bound;
 	summary->energy_scale = field_energy_scale(job->input->field);
 	summary->junction_count = job->ours.metrics.junction_count;
-	summary->violation_count = job->ours.metrics.violation_count;
+	summary->violation_count = job->ours.violations.count;
 	summary->ours = figures_of(&job->ours.metrics.total, has_elongation);
 	summary->baseline = result->baseline ? figures_of(&job->baseline.metrics.total, has_elongation) : no_figures;
 	summary->steiner = job->ours.tree.stats;

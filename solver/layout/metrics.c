@@ -5,17 +5,14 @@
 #include <stdbool.h>
 #include <string.h>
 
-static const double arc_step = 0.0873;    /* radians: 5 degrees; the chord of a 7.5 mm arc is off by 7 µm */
-static const double cut_tolerance = 0.25; /* mm that a curve may leave its piece by: less than a cutter's */
+static const double arc_step = 0.0873; /* radians: 5 degrees; the chord of a 7.5 mm arc is off by 7 µm */
 
-/* Two passes over the same walk: the first counts places and violations, the second writes them. */
+/* Two passes over the same walk: the first counts places, the second writes them. */
 struct measurer {
 	const struct metrics_input *input;
-	struct layout_metrics *metrics;
 	struct trace *trace;
 	bool writing;
 	uint32_t places;
-	uint32_t violations;
 };
 
 enum { CUTS_MAX = 4096 };
@@ -27,101 +24,52 @@ static void add_place(struct measurer *measurer, const struct place *place)
 	measurer->places++;
 }
 
-static void add_violation(struct measurer *measurer, struct violation violation)
-{
-	if (measurer->writing)
-		measurer->metrics->violation[measurer->violations] = violation;
-	measurer->violations++;
-}
-
-/* The worst stray of a span from its piece. */
-struct stray {
-	double distance;
-	struct vec2 at;
-	bool kept_out; /* it enters a keep-out, at `entry` */
-	struct vec2 entry;
-};
-
-static void trace_point(struct measurer *measurer, uint32_t piece, struct vec2 point, struct stray *stray)
+static void trace_point(struct measurer *measurer, uint32_t piece, struct vec2 point)
 {
 	struct place place;
 	locator_find(measurer->input->locator, piece, point, &place);
-	if (place.distance > stray->distance) {
-		stray->distance = place.distance;
-		stray->at = point;
-	}
 	add_place(measurer, &place);
 }
 
-/* Between two cuts a chord lies in one face. */
-static void look_for_keep_out(const struct measurer *measurer, uint32_t piece, struct vec2 middle, struct stray *stray)
-{
-	const uint8_t *keep_out = measurer->input->rules->face_keep_out;
-	if (!keep_out || stray->kept_out)
-		return;
-	struct place place;
-	locator_find(measurer->input->locator, piece, middle, &place);
-	stray->kept_out = keep_out[place.face];
-	stray->entry = middle;
-}
-
-static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a, struct vec2 b, struct stray *stray)
+static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a, struct vec2 b)
 {
 	double t[CUTS_MAX];
 	uint32_t cuts = locator_cuts(measurer->input->locator, piece, a, b, t, CUTS_MAX);
 	/* On a very fine mesh there may be more than were looked for. */
 	if (cuts == CUTS_MAX) {
 		struct vec2 middle = vec2_mix(a, b, 0.5);
-		trace_chord(measurer, piece, a, middle, stray);
-		trace_chord(measurer, piece, middle, b, stray);
+		trace_chord(measurer, piece, a, middle);
+		trace_chord(measurer, piece, middle, b);
 		return;
 	}
-	for (uint32_t i = 0; i <= cuts; i++) {
-		double from = i ? t[i - 1] : 0, to = i < cuts ? t[i] : 1;
-		look_for_keep_out(measurer, piece, vec2_mix(a, b, (from + to) / 2), stray);
-		trace_point(measurer, piece, i < cuts ? vec2_mix(a, b, to) : b, stray);
-	}
+	for (uint32_t i = 0; i <= cuts; i++)
+		trace_point(measurer, piece, i < cuts ? vec2_mix(a, b, t[i]) : b);
 }
 
-static void trace_span(struct measurer *measurer, uint32_t branch, const struct span *span)
+static void trace_span(struct measurer *measurer, const struct span *span)
 {
-	struct stray stray = {.at = span->from};
 	uint32_t parts = span_cuts(span, arc_step);
 	struct vec2 at = span->from;
 	for (uint32_t i = 1; i <= parts; i++) {
 		struct vec2 to = span_point(span, (double)i / parts);
-		trace_chord(measurer, span->piece, at, to, &stray);
+		trace_chord(measurer, span->piece, at, to);
 		at = to;
 	}
-	const struct wire_rules *rules = measurer->input->rules;
-	if (stray.distance > cut_tolerance)
-		add_violation(measurer, (struct violation){RULE_OFF_PIECE, branch, span->piece, stray.at,
-							   stray.distance, cut_tolerance});
-	if (stray.kept_out)
-		add_violation(measurer, (struct violation){.rule = RULE_KEEP_OUT,
-							   .branch = branch,
-							   .piece = span->piece,
-							   .at = stray.entry});
-	if (span_is_arc(span) && span->radius < rules->minimum_radius_mm * (1 - 1e-9))
-		add_violation(measurer,
-			      (struct violation){RULE_MINIMUM_RADIUS, branch, span->piece, span_point(span, 0.5),
-						 span->radius, rules->minimum_radius_mm});
 }
 
 static void trace_all(struct measurer *measurer)
 {
 	const struct branch_set *branches = measurer->input->branches;
-	measurer->places = measurer->violations = 0;
+	measurer->places = 0;
 	for (uint32_t b = 0; b < branches->branch_count; b++) {
 		measurer->trace->first[b] = measurer->places;
 		const struct wire *wire = &measurer->input->wires->wire[b];
 		for (uint32_t s = 0; s < wire->span_count; s++) {
 			const struct span *span = &wire->span[s];
-			struct stray unused = {.distance = INFINITY};
 			/* Where a wire changes its piece it stands at the same place of the mesh twice. */
-			if (s == 0 || span[-1].piece != span->piece)
-				trace_point(measurer, span->piece, span->from, &unused);
-			trace_span(measurer, b, span);
+			if (s == 0 || !wire_goes_on(span))
+				trace_point(measurer, span->piece, span->from);
+			trace_span(measurer, span);
 		}
 	}
 	measurer->trace->first[branches->branch_count] = measurer->places;
@@ -218,15 +166,13 @@ enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *tra
 	trace->rest_mm = ARENA_ARRAY(arena, branches, double);
 	if (!metrics->branch || !trace->first || !trace->rest_mm)
 		return tw_fail_memory(error);
-	struct measurer measurer = {.input = input, .metrics = metrics, .trace = trace};
+	struct measurer measurer = {.input = input, .trace = trace};
 	trace_all(&measurer);
 	trace->place = ARENA_ARRAY(arena, measurer.places, struct place);
-	metrics->violation = ARENA_ARRAY(arena, measurer.violations, struct violation);
-	if (!trace->place || !metrics->violation)
+	if (!trace->place)
 		return tw_fail_memory(error);
 	measurer.writing = true;
 	trace_all(&measurer);
-	metrics->violation_count = measurer.violations;
 	measure_rest(input, trace);
 	for (uint32_t b = 0; b < branches; b++)
 		measure_wire(input, &input->wires->wire[b], &metrics->branch[b]);

@@ -1,4 +1,4 @@
-/* The figures of a layout (method 7): energy, elongation, lengths, and where the design rules are broken. */
+/* The figures of a layout (method 7): energy, elongation, lengths. */
 #ifndef SOLVER_LAYOUT_METRICS_H
 #define SOLVER_LAYOUT_METRICS_H
 
@@ -6,20 +6,6 @@
 #include "solver/field/strip.h"
 #include "solver/layout/input.h"
 #include "solver/layout/wires.h"
-
-enum design_rule {
-	RULE_MINIMUM_RADIUS, /* value: the arc's radius, limit: the smallest allowed, mm */
-	RULE_OFF_PIECE,      /* value: how far the curve leaves its piece, limit: tolerance of the cut, mm */
-	RULE_KEEP_OUT,       /* the curve's centre line enters a keep-out; no value */
-};
-
-struct violation {
-	enum design_rule rule;
-	uint32_t branch;
-	uint32_t piece;
-	struct vec2 at; /* where it is worst */
-	double value, limit;
-};
 
 /* Over the frames of one motion; over all motions the largest, and the mean of the motions' means. 0.12 is 12 %. NAN
  * where a motion has no frames. */
@@ -48,8 +34,6 @@ struct layout_metrics {
 	struct branch_metrics *branch; /* [branch_count] */
 	struct branch_metrics total;   /* elongation: of the whole wire, the lengths of all branches together */
 	const struct motion_energy *energy_by_motion; /* [motion_count]; NULL where not computed */
-	struct violation *violation;
-	uint32_t violation_count;
 	uint32_t junction_count;
 	uint32_t seam_crossings;
 };
@@ -68,7 +52,6 @@ struct metrics_input {
 	const struct field *field;
 	const struct branch_set *branches;
 	const struct wire_set *wires;
-	const struct wire_rules *rules;
 	const struct strip_fabric *fabric; /* with the values density + eta */
 	struct strip_walker *walker;       /* on this fabric */
 };

@@ -4,6 +4,7 @@
 #include "solver/layout/network.h"
 
 #include "solver/splitmix.h"
+#include "solver/steiner/union_find.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -14,10 +15,16 @@ static const double length_scale = 1024;
 /* All of a baseline's weights together. */
 static const uint64_t baseline_total = UINT64_C(1) << 61;
 
+enum { CORNER_PARTS = 3 }; /* so many pieces make a corner */
+
+/* What edges should not do. */
+enum avoidable { AVOID_CORNERS = 1, AVOID_KEEP_OUTS = 2 };
+
 struct lister {
 	struct network *network;
 	const struct field *field;
-	struct strip_walker *walker;
+	const struct network_walkers *walkers;
+	unsigned avoided; /* a set of enum avoidable */
 	uint32_t *ends;
 	uint64_t *weight;
 	uint64_t *baseline;
@@ -216,18 +223,49 @@ static double edge_length(const struct network *network, uint32_t mesh_edge)
 	return sides > 0 ? sum / sides : 0;
 }
 
+/* A vertex has a pattern position for every piece, or part of one, that meets there. */
+static enum tw_status find_corners(struct network *network, struct arena *arena, struct tw_error *error)
+{
+	const struct garment *garment = network->garment;
+	bool *corner = ARENA_ZEROED(arena, garment->vertex_count, bool);
+	uint8_t *parts = ARENA_ZEROED(arena, garment->vertex_count, uint8_t);
+	bool *seen = ARENA_ZEROED(arena, garment->coord_count, bool);
+	if (!corner || !parts || !seen)
+		return tw_fail_memory(error);
+	for (size_t c = 0; c < 3 * (size_t)garment->face_count; c++) {
+		uint32_t vertex = garment->face_vertex[c], coord = garment->face_coord[c];
+		if (seen[coord] || parts[vertex] == CORNER_PARTS)
+			continue;
+		seen[coord] = true;
+		corner[vertex] = ++parts[vertex] == CORNER_PARTS;
+	}
+	for (uint32_t s = 0; s < network->sites->count; s++)
+		if (network->sites->site[s].kind == SITE_VERTEX)
+			corner[network->sites->site[s].vertex] = false;
+	network->corner = corner;
+	return TW_OK;
+}
+
+static bool is_avoided_corner(const struct lister *lister, uint32_t node)
+{
+	return lister->avoided & AVOID_CORNERS && !is_extra(lister->network, node) && lister->network->corner[node];
+}
+
 static void list_mesh_edges(struct lister *lister)
 {
 	struct network *network = lister->network;
 	const struct topology *topology = network->topology;
 	double length_sum = 0;
+	lister->count = 0;
 	for (uint32_t e = 0; e < topology->edge_count; e++) {
+		const uint32_t *end = &topology->edge_vertex[2 * (size_t)e];
 		double length = edge_length(network, e);
 		length_sum += length;
-		if (lister->field->weight[e] == FIELD_FORBIDDEN)
+		if (lister->field->weight[e] == FIELD_FORBIDDEN || is_avoided_corner(lister, end[0]) ||
+		    is_avoided_corner(lister, end[1]))
 			continue;
 		uint32_t i = lister->count++;
-		memcpy(&lister->ends[2 * (size_t)i], &topology->edge_vertex[2 * (size_t)e], 2 * sizeof(uint32_t));
+		memcpy(&lister->ends[2 * (size_t)i], end, 2 * sizeof *end);
 		lister->weight[i] = lister->field->weight[e];
 		lister->baseline[i] = length_weight(length);
 		lister->mesh_edge[i] = e;
@@ -246,8 +284,18 @@ static uint64_t extra_weight(struct lister *lister, const struct laid_edge *laid
 		return field_round(lister->field, vec2_distance(laid->from, laid->to));
 	struct strip strip;
 	const double a[2] = {laid->from.x, laid->from.y}, b[2] = {laid->to.x, laid->to.y};
-	strip_segment(lister->walker, laid->face, a, b, options->strip_width_mm, &strip);
+	strip_segment(lister->walkers->price, laid->face, a, b, options->strip_width_mm, &strip);
 	return field_round(lister->field, strip_cost(&strip, options->overhang));
+}
+
+static bool covers_keep_out(const struct lister *lister, const struct laid_edge *laid)
+{
+	struct strip strip;
+	const double a[2] = {laid->from.x, laid->from.y}, b[2] = {laid->to.x, laid->to.y};
+	if (!(lister->avoided & AVOID_KEEP_OUTS))
+		return false;
+	strip_segment(lister->walkers->keep_out, laid->face, a, b, lister->field->options.strip_width_mm, &strip);
+	return strip_touches(&strip);
 }
 
 static enum tw_status list_extra(struct lister *lister, uint32_t from, uint32_t to, uint32_t face,
@@ -258,6 +306,8 @@ static enum tw_status list_extra(struct lister *lister, uint32_t from, uint32_t 
 			       "too many terminals lie in one face: spread them, or give them by vertex");
 	struct laid_edge laid;
 	lay_in_face(lister->network, face, from, to, &laid);
+	if (is_avoided_corner(lister, to) || covers_keep_out(lister, &laid))
+		return TW_OK;
 	uint32_t i = lister->count++;
 	lister->ends[2 * (size_t)i] = from < to ? from : to;
 	lister->ends[2 * (size_t)i + 1] = from < to ? to : from;
@@ -318,6 +368,7 @@ static enum tw_status join_extras(struct lister *lister, uint32_t node, const st
 static enum tw_status list_extras(struct lister *lister, struct tw_error *error)
 {
 	struct network *network = lister->network;
+	network->extra_count = 0;
 	for (uint32_t s = 0; s < network->sites->count; s++) {
 		const struct site *site = &network->sites->site[s];
 		lister->terminal[s] = site->vertex;
@@ -337,13 +388,51 @@ static enum tw_status list_extras(struct lister *lister, struct tw_error *error)
 
 enum { CORNER_EDGES = 4, PAIR_EDGES = 60 }; /* extra edges that a site may have, at most and on the mean */
 
+/* Whether the listed edges join all terminals. */
+static bool joins_terminals(const struct lister *lister, uint32_t *parent)
+{
+	const struct network *network = lister->network;
+	uint32_t nodes = network->garment->vertex_count + network->extra_count;
+	for (uint32_t n = 0; n < nodes; n++)
+		parent[n] = n;
+	for (size_t i = 0; i < lister->count; i++)
+		parent[union_find(parent, lister->ends[2 * i])] = union_find(parent, lister->ends[2 * i + 1]);
+	for (uint32_t s = 1; s < network->sites->count; s++)
+		if (union_find(parent, lister->terminal[s]) != union_find(parent, lister->terminal[0]))
+			return false;
+	return true;
+}
+
+/* Avoids as much as leaves a way between the terminals; where nothing does, nothing is avoided, and the search says
+ * which terminals are apart. */
+static enum tw_status list_edges(struct lister *lister, struct arena *arena, struct tw_error *error)
+{
+	static const unsigned attempts[] = {AVOID_CORNERS | AVOID_KEEP_OUTS, AVOID_CORNERS, AVOID_KEEP_OUTS, 0};
+	struct arena_mark mark = arena_mark(arena);
+	size_t nodes = (size_t)lister->network->garment->vertex_count + lister->network->sites->count;
+	uint32_t *parent = ARENA_ARRAY(arena, nodes, uint32_t);
+	enum tw_status status = parent ? TW_OK : tw_fail_memory(error);
+	bool joined = false;
+	for (size_t i = 0; i < sizeof attempts / sizeof *attempts && status == TW_OK && !joined; i++) {
+		lister->avoided = attempts[i];
+		if (!lister->walkers->keep_out)
+			lister->avoided &= ~(unsigned)AVOID_KEEP_OUTS;
+		list_mesh_edges(lister);
+		status = list_extras(lister, error);
+		joined = status == TW_OK && joins_terminals(lister, parent);
+	}
+	arena_release(arena, mark);
+	return status;
+}
+
 enum tw_status network_build(struct network *network, struct arena *arena, const struct garment *garment,
 			     const struct topology *topology, const struct field *field, const struct site_set *sites,
-			     struct strip_walker *walker, enum layout_baseline baseline, struct tw_error *error)
+			     const struct network_walkers *walkers, enum layout_baseline baseline,
+			     struct tw_error *error)
 {
 	*network = (struct network){.garment = garment, .topology = topology, .sites = sites};
 	uint32_t extra = sites->count * (CORNER_EDGES + PAIR_EDGES), edges = topology->edge_count + extra;
-	struct lister lister = {.network = network, .field = field, .walker = walker};
+	struct lister lister = {.network = network, .field = field, .walkers = walkers};
 	lister.capacity = edges;
 	lister.ends = ARENA_ARRAY(arena, 2 * (size_t)edges, uint32_t);
 	lister.weight = ARENA_ARRAY(arena, edges, uint64_t);
@@ -356,9 +445,10 @@ enum tw_status network_build(struct network *network, struct arena *arena, const
 	    !lister.extra_site || !lister.terminal)
 		return tw_fail_memory(error);
 	network->extra_site = lister.extra_site;
-	list_mesh_edges(&lister);
-	enum tw_status status = list_extras(&lister, error);
-	if (status)
+	enum tw_status status = find_corners(network, arena, error);
+	if (status == TW_OK)
+		status = list_edges(&lister, arena, error);
+	if (status != TW_OK)
 		return status;
 	network->baseline = baseline == BASELINE_NONE ? NULL : lister.baseline;
 	network->baseline_scale = length_scale;

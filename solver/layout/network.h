@@ -9,6 +9,8 @@
 #include "solver/graph/graph.h"
 #include "solver/layout/terminals.h"
 
+#include <stdbool.h>
+
 /* Node n < vertex_count is that vertex of the garment; node vertex_count + i is the place of site extra_site[i]. Edge
  * e < mesh_edge_count is the garment's edge mesh_edge[e]; later ones lie in faces that hold extra nodes. */
 struct network {
@@ -24,15 +26,23 @@ struct network {
 	const uint32_t *extra_face; /* [edge_count - mesh_edge_count] face that an extra edge lies in */
 	const uint32_t *extra_site; /* [extra_count] */
 	const uint32_t *terminal;   /* [sites->count] node of every site */
+	const bool *corner;         /* [vertex_count] more than two pieces meet here, and no terminal is here */
 	uint32_t mesh_edge_count;
 	uint32_t extra_count;
 	double mean_edge_mm; /* of the pattern */
 };
 
-/* `walker` integrates density + eta of the same field. TW_ERROR_MEMORY, TW_ERROR_INPUT. */
+/* What edges are priced with. */
+struct network_walkers {
+	struct strip_walker *price;    /* integrates density + eta of the same field */
+	struct strip_walker *keep_out; /* integrates 1 over what is kept out; NULL without keep-outs */
+};
+
+/* No wire passes a corner of pieces, and no edge of an extra node covers what is kept out: such edges are left out,
+ * unless the terminals could not be joined without them. TW_ERROR_MEMORY, TW_ERROR_INPUT. */
 enum tw_status network_build(struct network *network, struct arena *arena, const struct garment *garment,
 			     const struct topology *topology, const struct field *field, const struct site_set *sites,
-			     struct strip_walker *walker, enum layout_baseline baseline,
+			     const struct network_walkers *walkers, enum layout_baseline baseline,
 			     struct tw_error *error) TW_NODISCARD;
 
 /* An edge of the network as it lies in the pattern, walked from one of its ends to the other. */

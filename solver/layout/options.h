@@ -31,6 +31,7 @@ struct layout_options {
 	double tolerance_mm;      /* how far a curve may stray from the tree's path; NaN chooses from strip and mesh */
 	double seam_clearance_mm; /* distance that a curve keeps from cut lines that it does not cross; NaN for half the
 				     strip width */
+	double strip_spacing_mm;  /* kept between strips that do not meet */
 	double snap_mm;           /* how far a point in space, or on the pattern, may be from the fabric */
 	bool elongation;          /* read the motions: frames for the elongation of the curves, means for energies */
 	int elongation_over;      /* enum layout_elongation_over */

@@ -29,6 +29,25 @@ static enum tw_status make_walker(struct strip_walker **walker, struct strip_fab
 	return status ? status : strip_walker_new(walker, arena, fabric, error);
 }
 
+static enum tw_status make_keep_out_walker(struct pricing *pricing, struct arena *arena,
+					   const struct layout_input *input, struct tw_error *error)
+{
+	const uint8_t *keep_out = pricing->constraints ? pricing->constraints->face_keep_out : NULL;
+	pricing->keep_out_walker = NULL;
+	if (!keep_out)
+		return TW_OK;
+	double *value = ARENA_ARRAY(arena, input->garment->face_count, double);
+	if (!value)
+		return tw_fail_memory(error);
+	for (uint32_t f = 0; f < input->garment->face_count; f++)
+		value[f] = keep_out[f] ? 1 : 0;
+	enum tw_status status =
+		strip_fabric_build(&pricing->keep_out_fabric, arena, input->garment, input->topology, value, error);
+	if (status == TW_OK)
+		status = strip_walker_new(&pricing->keep_out_walker, arena, &pricing->keep_out_fabric, error);
+	return status;
+}
+
 enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const struct ground *ground,
 			     const struct site_set *sites, double eta_mpa, struct tw_error *error)
 {
@@ -40,9 +59,12 @@ enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const
 	struct strip_fabric fabric;
 	if (!status && pricing->constraints)
 		status = make_walker(&priced, &fabric, arena, input, pricing->field, pricing->constraints, error);
+	if (!status)
+		status = make_keep_out_walker(pricing, arena, input, error);
 	if (status)
 		return status;
-	return network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites, priced,
+	const struct network_walkers walkers = {priced, pricing->keep_out_walker};
+	return network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites, &walkers,
 			     (enum layout_baseline)input->request->options.baseline, error);
 }
 

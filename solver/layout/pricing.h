@@ -15,6 +15,8 @@ struct pricing {
 	/* Integrates density + eta alone, without a request's multipliers: what a wire deforms, whatever it costs. */
 	struct strip_walker *walker;
 	struct strip_fabric fabric;
+	struct strip_walker *keep_out_walker; /* integrates 1 over what is kept out; NULL without keep-outs */
+	struct strip_fabric keep_out_fabric;
 };
 
 /* `eta_mpa`: NaN for the field's own. Borrows everything. `pricing` must stay where it is. TW_ERROR_INPUT,

@@ -5,6 +5,7 @@
 #include "solver/drawing/drawing.h"
 #include "solver/layout/ground.h"
 #include "solver/layout/metrics.h"
+#include "solver/layout/rules.h"
 #include "solver/layout/strips.h"
 #include "solver/layout/summary.h"
 #include "solver/steiner/steiner.h"
@@ -18,6 +19,7 @@ struct solved {
 	struct strip_areas *strips; /* [branches.branch_count] */
 	struct trace trace;
 	struct layout_metrics metrics;
+	struct violation_list violations;
 };
 
 struct layout_result {

@@ -1,15 +1,16 @@
-/* A stretch of a wire in one piece becomes one loop, prolonged where it crosses seams, and is cut at the cut line. What
- * lies beyond the cut line is found part by part, each part a few millimetres long: it is laid on the piece behind, as
- * far from the seam as it was and beside the same point of it. */
+/* A stretch of a wire in one piece becomes one loop and is cut at the cut line. What lies beyond the cut line is found
+ * part by part, each part a few millimetres long: it is laid on the piece behind, as far from the seam as it was and
+ * beside the same point of it. Where a wire crosses a seam at an angle, the corners of its strip come from both sides.
+ */
 #include "solver/layout/strips.h"
 
 #include "solver/curve/ribbon.h"
 
 #include <string.h>
 
-static const double part_mm = 3;          /* of a wire; what lies beyond a bent seam follows it in such steps */
-static const double beyond_mm2 = 1e-3;    /* less than this beyond a cut line is a matter of rounding */
-static const double prolonged_widths = 4; /* at most, where a wire crosses a seam at a sharp angle */
+static const double part_mm = 3;       /* of a wire; what lies beyond a bent seam follows it in such steps */
+static const double beyond_mm2 = 1e-3; /* less than this beyond a cut line is a matter of rounding */
+static const double seam_lap_mm = 0.5; /* a stretch goes on so far beyond a seam: no gap to what comes from behind it */
 
 /* The areas of one wire while they are collected, piece by piece. */
 struct collector {
@@ -63,23 +64,6 @@ static struct region_builder *builder_of(struct collector *collector, uint32_t p
 
 /* --- the own piece ------------------------------------------------------------------------------------------------ */
 
-/* How far a strip must go on beyond a crossing so that it is cut off by the seam over its whole width. */
-static double prolongation(const struct collector *collector, uint32_t piece, struct vec2 at, struct vec2 direction)
-{
-	const struct strip_cutter *cutter = collector->cutter;
-	uint32_t segment = GARMENT_NONE;
-	struct vec2 from, to;
-	outline_distance(cutter->outline, cutter->garment, piece, at, &segment);
-	if (segment == GARMENT_NONE)
-		return collector->width;
-	outline_ends(cutter->outline, cutter->garment, segment, &from, &to);
-	struct vec2 seam = vec2_unit(vec2_sub(to, from));
-	double sine = fabs(vec2_cross(direction, seam)), cosine = fabs(vec2_dot(direction, seam));
-	double most = prolonged_widths * collector->width;
-	double need = collector->width * (sine > 1e-3 ? 0.5 + 0.5 * cosine / sine : prolonged_widths);
-	return need < most ? need : most;
-}
-
 static enum tw_status add_stretch(struct collector *collector, const struct span *span, uint32_t count, bool goes_back,
 				  bool goes_on, struct tw_error *error)
 {
@@ -88,16 +72,14 @@ static enum tw_status add_stretch(struct collector *collector, const struct span
 	if (!whole)
 		return tw_fail_memory(error);
 	if (goes_back) {
-		struct vec2 at = span->from, direction = span_direction(span, 0);
-		double length = prolongation(collector, piece, at, direction);
-		whole[made++] = span_line(vec2_along(at, direction, -length), at, piece);
+		struct vec2 at = span->from;
+		whole[made++] = span_line(vec2_along(at, span_direction(span, 0), -seam_lap_mm), at, piece);
 	}
 	memcpy(whole + made, span, count * sizeof *span);
 	made += count;
 	if (goes_on) {
-		struct vec2 at = span[count - 1].to, direction = span_direction(&span[count - 1], 1);
-		double length = prolongation(collector, piece, at, direction);
-		whole[made++] = span_line(at, vec2_along(at, direction, length), piece);
+		struct vec2 at = span[count - 1].to;
+		whole[made++] = span_line(at, vec2_along(at, span_direction(&span[count - 1], 1), seam_lap_mm), piece);
 	}
 	ribbon_add(builder_of(collector, piece), whole, made, collector->width);
 	return TW_OK;
@@ -223,7 +205,7 @@ static enum tw_status collect(struct collector *collector, const struct span *sp
 	for (uint32_t s = 0, end; s < span_count && status == TW_OK; s = end) {
 		/* A piece that is sewn to itself is left and entered at once. */
 		for (end = s + 1; end < span_count; end++)
-			if (span[end].piece != span[s].piece || vec2_distance(span[end - 1].to, span[end].from) > 1e-6)
+			if (!wire_goes_on(&span[end]))
 				break;
 		status = add_stretch(collector, span + s, end - s, s > 0, end < span_count, error);
 	}

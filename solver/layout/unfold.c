@@ -134,6 +134,8 @@ static void place_runs(struct unfolded *unfolded, const struct choice *choice, c
 		}
 		unfolded->leg_run[leg] = (uint32_t)(run - unfolded->run);
 		unfolded->leg_face[leg] = laid->face;
+		unfolded->leg_from[leg] = laid->from;
+		unfolded->leg_to[leg] = laid->to;
 		unfolded->point[leg + 1] = placement_apply(run->placement, laid->to);
 		unfolded->key_in[leg + 1] = laid->to_key;
 	}
@@ -153,13 +155,16 @@ enum tw_status strand_unfold(struct unfolded *unfolded, struct arena *arena, con
 	unfolded->leg_run = ARENA_ARRAY(arena, legs + 2, uint32_t);
 	unfolded->leg_face = ARENA_ARRAY(arena, legs + 2, uint32_t);
 	unfolded->point = ARENA_ARRAY(arena, legs + 3, struct vec2);
+	unfolded->leg_from = ARENA_ARRAY(arena, legs + 2, struct vec2);
+	unfolded->leg_to = ARENA_ARRAY(arena, legs + 2, struct vec2);
 	unfolded->crossing = ARENA_ARRAY(arena, legs + 3, bool);
 	unfolded->key_in = ARENA_ARRAY(arena, legs + 3, uint64_t);
 	unfolded->key_out = ARENA_ARRAY(arena, legs + 3, uint64_t);
 	unfolded->run = ARENA_ARRAY(arena, legs + 2, struct run);
 	struct choice *choice = ARENA_ARRAY(arena, legs, struct choice);
 	if (!unfolded->node || !unfolded->edge || !unfolded->leg_run || !unfolded->leg_face || !unfolded->point ||
-	    !unfolded->crossing || !unfolded->key_in || !unfolded->key_out || !unfolded->run || !choice)
+	    !unfolded->leg_from || !unfolded->leg_to || !unfolded->crossing || !unfolded->key_in ||
+	    !unfolded->key_out || !unfolded->run || !choice)
 		return tw_fail_memory(error);
 	list_nodes(unfolded, set, strand);
 	choose_sides(choice, unfolded, network);
@@ -178,6 +183,8 @@ static void shift_up(struct unfolded *unfolded)
 	memmove(unfolded->key_out + 1, unfolded->key_out, nodes * sizeof *unfolded->key_out);
 	memmove(unfolded->edge + 1, unfolded->edge, legs * sizeof *unfolded->edge);
 	memmove(unfolded->leg_face + 1, unfolded->leg_face, legs * sizeof *unfolded->leg_face);
+	memmove(unfolded->leg_from + 1, unfolded->leg_from, legs * sizeof *unfolded->leg_from);
+	memmove(unfolded->leg_to + 1, unfolded->leg_to, legs * sizeof *unfolded->leg_to);
 	memmove(unfolded->run + 1, unfolded->run, unfolded->run_count * sizeof *unfolded->run);
 	for (uint32_t leg = legs; leg > 0; leg--)
 		unfolded->leg_run[leg] = unfolded->leg_run[leg - 1] + 1;
@@ -205,6 +212,8 @@ void strand_extend(struct unfolded *unfolded, const struct network *network, uin
 	*(which ? &unfolded->key_out[crossing] : &unfolded->key_in[crossing]) = beyond->key;
 	unfolded->edge[hop] = edge;
 	unfolded->leg_face[hop] = face;
+	/* The tree's path ends at the seam. */
+	unfolded->leg_from[hop] = unfolded->leg_to[hop] = (struct vec2){uv[0], uv[1]};
 	unfolded->leg_run[hop] = which ? unfolded->run_count : 0;
 	unfolded->run[which ? unfolded->run_count : 0] = run;
 	unfolded->run_count++;

@@ -18,10 +18,13 @@ struct unfolded {
 	uint32_t *leg_run;  /* [count - 1] run of the leg from node i to node i + 1 */
 	uint32_t *leg_face; /* [count - 1] a face that the leg lies in */
 	struct vec2 *point; /* [count] in the strand's plane */
-	bool *crossing;     /* [count] the strand changes its piece here, at a point of a seam */
-	uint64_t *key_in;   /* [count] where leg i - 1 ends, as network_lay's keys; key_out[0] for the first */
-	uint64_t *key_out;  /* [count] where leg i begins; key_in[count - 1] for the last */
-	struct run *run;    /* [run_count] */
+	struct vec2
+		*leg_from; /* [count - 1] the tree's own path, in the plane of the leg's piece: it stays where it is */
+	struct vec2 *leg_to;
+	bool *crossing;    /* [count] the strand changes its piece here, at a point of a seam */
+	uint64_t *key_in;  /* [count] where leg i - 1 ends, as network_lay's keys; key_out[0] for the first */
+	uint64_t *key_out; /* [count] where leg i begins; key_in[count - 1] for the last */
+	struct run *run;   /* [run_count] */
 	uint32_t run_count;
 };
 

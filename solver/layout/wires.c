@@ -49,7 +49,7 @@ static enum tw_status slide_crossings(struct draft *draft, struct tw_error *erro
 		node += smoother->set->branch[smoother->set->step[draft->strand->first + i].branch].edge_count;
 		pinned[node] = true;
 	}
-	const struct crossing_rules rules = {.reach_mm = 2 * smoother->rules->tolerance_mm,
+	const struct crossing_rules rules = {.reach_mm = smoother->rules->tolerance_mm,
 					     .clearance_mm = smoother->rules->clearance_mm};
 	crossings_slide(&draft->path, smoother->network, smoother->outline, pinned, &rules);
 	return TW_OK;
@@ -133,6 +133,9 @@ static void keep_clear(struct draft *draft, double *leeway)
 			clearance = draft->smoother->rules->clearance_mm;
 		struct vec2 point = draft_in_piece(draft, run, path->point[i]);
 		struct vec2 moved = move_inwards(draft, path->run[run].piece, point, clearance);
+		double distance = vec2_distance(point, moved), most = draft_held_mm(draft);
+		if (distance > most)
+			moved = vec2_mix(point, moved, most / distance);
 		if (!draft->stop[i])
 			path->point[i] = placement_apply(path->run[run].placement, moved);
 	}
@@ -180,9 +183,25 @@ struct cut {
 	double t;
 };
 
-/* The part of the curve between two cuts becomes the wire of a branch. */
+/* Notes where a part of the branch's curve is farthest from legs first…end - 1 of the tree's path. */
+static void look_for_stray(const struct draft *draft, const struct span *part, uint32_t first, uint32_t end,
+			   struct wire_stray *stray)
+{
+	static const double step_mm = 0.5;
+	uint32_t steps = (uint32_t)(span_length(part) / step_mm) + 1;
+	for (uint32_t i = 0; i <= steps; i++) {
+		struct vec2 point = span_point(part, (double)i / steps);
+		double distance = draft_stray(draft, first, end, point);
+		if (distance <= stray->distance_mm)
+			continue;
+		*stray = (struct wire_stray){distance, draft->path.run[part->piece].piece,
+					     draft_in_piece(draft, part->piece, point)};
+	}
+}
+
+/* The part of the curve between two cuts becomes the wire of a branch, whose path is legs leg…leg_end - 1. */
 static enum tw_status take_wire(struct draft *draft, const struct strand_step *step, struct cut from, struct cut to,
-				struct tw_error *error)
+				uint32_t leg, uint32_t leg_end, struct tw_error *error)
 {
 	struct wire *wire = &draft->smoother->wires->wire[step->branch];
 	wire->span = ARENA_ARRAY(draft->smoother->arena, to.span - from.span + 1, struct span);
@@ -194,6 +213,7 @@ static enum tw_status take_wire(struct draft *draft, const struct strand_step *s
 			continue;
 		struct span part = span_part(&draft->span[s], t0, t1);
 		wire->span[wire->span_count++] = fold(draft, &part);
+		look_for_stray(draft, &part, leg, leg_end, &wire->stray);
 	}
 	if (!step->reversed)
 		return TW_OK;
@@ -232,6 +252,7 @@ static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error
 	for (uint32_t i = 0; i < draft->strand->count; i++) {
 		const struct strand_step *step = &set->step[draft->strand->first + i];
 		const struct branch *branch = &set->branch[step->branch];
+		uint32_t first = i ? node : 0;
 		node += branch->edge_count;
 		struct cut to = {draft->span_count ? draft->span_count - 1 : 0, 1};
 		if (i + 1 < draft->strand->count && draft->span_count) {
@@ -240,7 +261,8 @@ static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error
 			know_end(draft, branch->end[!step->reversed], node, draft->span[to.span].piece,
 				 span_point(&draft->span[to.span], to.t));
 		}
-		enum tw_status status = take_wire(draft, step, from, to, error);
+		uint32_t end = i + 1 < draft->strand->count ? node : path->count - 1;
+		enum tw_status status = take_wire(draft, step, from, to, first, end, error);
 		if (status)
 			return status;
 		from = to;
@@ -248,32 +270,69 @@ static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error
 	return TW_OK;
 }
 
+/* The tree's own path, laid anew where crossings have moved. */
+static void lay_tree(struct draft *draft)
+{
+	const struct unfolded *path = &draft->path;
+	for (uint32_t leg = 0; leg + 1 < path->count; leg++) {
+		struct placement placement = path->run[path->leg_run[leg]].placement;
+		draft->tree[leg][0] = placement_apply(placement, path->leg_from[leg]);
+		draft->tree[leg][1] = placement_apply(placement, path->leg_to[leg]);
+	}
+}
+
+/* How a strand is drawn: as boldly as the rules allow, and nearer to the tree's path where that breaks rules. The
+ * path's own strips are clear of what is kept out. */
+struct manner {
+	bool moves_path;        /* crossings slide, the path keeps clear of cut lines */
+	double tolerance_share; /* of the rules' tolerance, for straightening */
+};
+
+static enum tw_status draw_strand(struct draft *draft, const struct manner *manner, struct tw_error *error)
+{
+	struct smoother *smoother = draft->smoother;
+	struct arena *arena = smoother->arena;
+	enum tw_status status =
+		strand_unfold(&draft->path, arena, smoother->network, smoother->set, draft->strand, error);
+	if (status)
+		return status;
+	attach_end(draft, 0);
+	attach_end(draft, 1);
+	draft->stop = ARENA_ARRAY(arena, draft->path.count, bool);
+	draft->rate = ARENA_ARRAY(arena, draft->path.count, double);
+	draft->tree = arena_array(arena, draft->path.count, sizeof *draft->tree);
+	draft->tolerance_mm = manner->tolerance_share * smoother->rules->tolerance_mm;
+	double *leeway = ARENA_ARRAY(arena, draft->path.count, double);
+	if (!draft->stop || !draft->rate || !draft->tree || !leeway)
+		return tw_fail_memory(error);
+	find_stops(draft);
+	if (manner->moves_path)
+		status = slide_crossings(draft, error);
+	if (status)
+		return status;
+	find_rates(draft);
+	lay_tree(draft);
+	if (manner->moves_path)
+		keep_clear(draft, leeway);
+	return draft_draw(draft, error);
+}
+
 static enum tw_status smooth_strand(struct smoother *smoother, const struct strand *strand, struct tw_error *error)
 {
-	struct draft draft = {.smoother = smoother, .strand = strand};
-	struct arena *arena = smoother->arena;
-	enum tw_status status = strand_unfold(&draft.path, arena, smoother->network, smoother->set, strand, error);
-	if (status)
+	static const struct manner manners[] = {{true, 0.5}, {true, 0.25}, {false, 0.25}, {false, 0.05}};
+	struct draft best = {.smoother = smoother, .strand = strand};
+	enum tw_status status = draw_strand(&best, &manners[0], error);
+	for (size_t m = 1; m < sizeof manners / sizeof *manners && status == TW_OK && best.badness > 0; m++) {
+		struct draft draft = {.smoother = smoother, .strand = strand};
+		status = draw_strand(&draft, &manners[m], error);
+		if (status == TW_OK && draft.badness < best.badness)
+			best = draft;
+	}
+	if (status != TW_OK)
 		return status;
-	attach_end(&draft, 0);
-	attach_end(&draft, 1);
-	draft.stop = ARENA_ARRAY(arena, draft.path.count, bool);
-	draft.rate = ARENA_ARRAY(arena, draft.path.count, double);
-	double *leeway = ARENA_ARRAY(arena, draft.path.count, double);
-	if (!draft.stop || !draft.rate || !leeway)
-		return tw_fail_memory(error);
-	find_stops(&draft);
-	status = slide_crossings(&draft, error);
-	if (status)
-		return status;
-	find_rates(&draft);
-	keep_clear(&draft, leeway);
-	status = draft_draw(&draft, error);
-	if (status)
-		return status;
-	for (uint32_t i = 0; i < draft.path.count; i++)
-		smoother->wires->seam_crossings += draft.path.crossing[i];
-	return cut_into_wires(&draft, error);
+	for (uint32_t i = 0; i < best.path.count; i++)
+		smoother->wires->seam_crossings += best.path.crossing[i];
+	return cut_into_wires(&best, error);
 }
 
 static enum tw_status find_vertex_rates(struct smoother *smoother, struct tw_error *error)

@@ -276,17 +276,20 @@ static void add_junctions(const struct layout_result *result, const struct solve
 
 static void add_violations(const struct layout_result *result, const struct solved *solved, struct text *text)
 {
-	static const char *const rules[] = {"minimum_radius", "off_piece", "keep_out"};
 	text_add(text, ",\n    \"violations\":[");
-	for (uint32_t i = 0; i < solved->metrics.violation_count; i++) {
-		const struct violation *violation = &solved->metrics.violation[i];
-		text_format(text, "%s\n      {\"rule\":\"%s\",\"branch\":%u,\"piece\":", i ? "," : "",
-			    rules[violation->rule], violation->branch);
+	for (uint32_t i = 0; i < solved->violations.count; i++) {
+		const struct violation *violation = &solved->violations.violation[i];
+		text_format(text, "%s\n      {\"rule\":\"%s\",\"branch\":%u", i ? "," : "", rule_name(violation->rule),
+			    violation->branch);
+		if (violation->other != GARMENT_NONE)
+			text_format(text, ",\"other_branch\":%u", violation->other);
+		text_add(text, ",\"piece\":");
 		text_json(text, result->input->garment->piece_name[violation->piece]);
 		text_add(text, ",\"at_mm\":");
 		add_point(text, violation->at);
-		add_number(text, "value_mm", violation->value, MM_DECIMALS);
-		add_number(text, "limit_mm", violation->limit, MM_DECIMALS);
+		text_format(text, ",\"unit\":\"%s\"", rule_unit(violation->rule));
+		add_number(text, "value", violation->value, MM_DECIMALS);
+		add_number(text, "limit", violation->limit, MM_DECIMALS);
 		text_add(text, "}");
 	}
 	text_add(text, "]");
@@ -316,7 +319,7 @@ static void add_solved(const struct layout_result *result, const struct solved *
 	add_energies(result, metrics->energy_by_motion, text);
 	text_format(text, ",\"branches\":%u,\"junctions\":%u,\"seam_crossings\":%u,\"violations\":%u}",
 		    solved->branches.branch_count, metrics->junction_count, metrics->seam_crossings,
-		    metrics->violation_count);
+		    solved->violations.count);
 	add_junctions(result, solved, text);
 	text_add(text, ",\n    \"branches\":[");
 	for (uint32_t b = 0; b < solved->branches.branch_count; b++) {
@@ -399,6 +402,7 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	text_number(text, result->rules->minimum_radius_mm, MM_DECIMALS);
 	add_number(text, "tolerance_mm", result->rules->tolerance_mm, MM_DECIMALS);
 	add_number(text, "seam_clearance_mm", result->rules->clearance_mm, MM_DECIMALS);
+	add_number(text, "strip_spacing_mm", result->rules->spacing_mm, MM_DECIMALS);
 	text_add(text, "},\n  \"motions\":[");
 	for (uint32_t m = 0; result->has_motions && m < input->motion_count; m++) {
 		text_add(text, m ? "," : "");

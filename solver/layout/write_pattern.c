@@ -79,12 +79,6 @@ static void add_notch(const struct sheet *sheet, uint32_t piece, struct vec2 at,
 			 sheet_point(sheet, piece, vec2_along(at, inward, NOTCH_MM)));
 }
 
-/* Whether a wire goes on in another place than the span before ends: across a seam. */
-static bool crosses_before(const struct span *span)
-{
-	return span[-1].piece != span->piece || vec2_distance(span[-1].to, span->from) > 1e-6;
-}
-
 static void add_notches(const struct sheet *sheet)
 {
 	const struct solved *ours = sheet->result->ours;
@@ -92,7 +86,7 @@ static void add_notches(const struct sheet *sheet)
 		const struct wire *wire = &ours->wires.wire[b];
 		for (uint32_t s = 1; s < wire->span_count; s++) {
 			const struct span *in = &wire->span[s - 1], *out = &wire->span[s];
-			if (!crosses_before(out))
+			if (wire_goes_on(out))
 				continue;
 			add_notch(sheet, in->piece, in->to, vec2_scale(span_direction(in, 1), -1));
 			add_notch(sheet, out->piece, out->from, span_direction(out, 0));
@@ -118,7 +112,7 @@ static void add_wires(const struct sheet *sheet)
 		struct drawing_item *path = NULL;
 		for (uint32_t s = 0; s < wire->span_count; s++) {
 			const struct span *span = &wire->span[s];
-			if (s == 0 || crosses_before(span)) {
+			if (s == 0 || !wire_goes_on(span)) {
 				path = drawing_add_path(sheet->drawing, &wire_style, span->piece, false);
 				drawing_move_to(sheet->drawing, path, sheet_point(sheet, span->piece, span->from));
 			}
@@ -157,17 +151,18 @@ static void add_circle(const struct sheet *sheet, const struct drawing_style *st
 
 static void add_terminals(const struct sheet *sheet)
 {
-	const struct wire_end *end = sheet->result->ours->wires.end;
-	for (uint32_t s = 0; s < sheet->result->sites->count; s++)
-		add_circle(sheet, &terminal_style, end[s].piece, end[s].at, terminal_mm);
+	const struct site_set *sites = sheet->result->sites;
+	for (uint32_t s = 0; s < sites->count; s++)
+		for (uint32_t m = 0; m < sites->site[s].mark_count; m++)
+			add_circle(sheet, &terminal_style, sites->site[s].mark[m].piece, sites->site[s].mark[m].at,
+				   terminal_mm);
 }
 
 static void add_violations(const struct sheet *sheet)
 {
-	const struct layout_metrics *metrics = &sheet->result->ours->metrics;
-	for (uint32_t i = 0; i < metrics->violation_count; i++)
-		add_circle(sheet, &violation_style, metrics->violation[i].piece, metrics->violation[i].at,
-			   violation_mm);
+	const struct violation_list *list = &sheet->result->ours->violations;
+	for (uint32_t i = 0; i < list->count; i++)
+		add_circle(sheet, &violation_style, list->violation[i].piece, list->violation[i].at, violation_mm);
 }
 
 static void add_junctions(const struct sheet *sheet)

@@ -1,0 +1,59 @@
+/* The design rules of wires (method 6), and where a layout breaks them. Whatever smoothing could not keep is named here,
+ * with its place and its size; nothing is broken silently. */
+#ifndef SOLVER_LAYOUT_RULES_H
+#define SOLVER_LAYOUT_RULES_H
+
+#include "solver/layout/branches.h"
+#include "solver/layout/strips.h"
+#include "solver/pattern/locate.h"
+
+enum design_rule {
+	RULE_MINIMUM_RADIUS, /* value: the arc's radius, limit: the smallest allowed, mm */
+	RULE_OFF_PIECE,      /* value: how far the curve leaves its piece, limit: tolerance of the cut, mm */
+	RULE_KEEP_OUT,       /* value: how much kept-out fabric of the piece the strip covers, mm² */
+	RULE_TOLERANCE,      /* value: how far the curve strays from the tree's path, limit: the tolerance, mm */
+	/* value: how much of the piece two strips cover both, mm². Strips of two branches may do so near where these
+	 * meet: see RULES_MEETING_WIDTHS. Each counts as wider by the spacing that strips have to keep. */
+	RULE_STRIP_OVERLAP,
+	RULE_SEAM_CORNER, /* value: how near the curve comes to a point where more than two pieces meet, limit: mm */
+	RULE_COUNT
+};
+
+/* Branches meet at an end that they share, or where other branches join their ends. The strips of two branches may
+ * overlap along the last strip widths of wire from the one to the other, counted over what joins them: half of
+ * RULES_MEETING_WIDTHS on each where they share an end. That is room for strips that part at 28 degrees. */
+#define RULES_MEETING_WIDTHS 4
+
+struct violation {
+	enum design_rule rule;
+	uint32_t branch;
+	uint32_t other; /* the other branch of an overlap; GARMENT_NONE */
+	uint32_t piece;
+	struct vec2 at; /* where it is worst, in the piece's plane */
+	double value, limit;
+};
+
+struct violation_list {
+	struct violation *violation;
+	uint32_t count, room;
+};
+
+struct rules_input {
+	const struct network *network;
+	const struct locator *locator;
+	const struct branch_set *branches;
+	const struct wire_set *wires;
+	const struct strip_areas *strips; /* [branch_count] of the strip width alone */
+	const struct strip_cutter *cutter;
+	const struct wire_rules *rules;
+};
+
+/* A rule's name, as answers give it, and the unit of its values: "mm" or "mm2". */
+const char *rule_name(enum design_rule rule);
+const char *rule_unit(enum design_rule rule);
+
+/* Lists all violations, rule by rule, each by branch. TW_ERROR_MEMORY. */
+enum tw_status rules_check(struct violation_list *list, struct arena *arena, const struct rules_input *input,
+			   struct tw_error *error) TW_NODISCARD;
+
+#endif
