@@ -27,55 +27,62 @@ static enum tw_status options_of_today(const char *stored, char **options, struc
 	return *options ? TW_OK : tw_fail_memory(error);
 }
 
-/* The mesh, then the motions, as post_field has them. */
-static enum tw_status read_needs(struct api_call *call, const char *field, char (**mesh)[STORE_ID_SIZE],
-				 char (**motions)[STORE_ID_SIZE], size_t *motion_count, struct tw_error *error)
+/* What a field was made from, as post_field has it: the mesh, then the motions. */
+struct origin {
+	char (*mesh)[STORE_ID_SIZE];    /* owned */
+	char (*motions)[STORE_ID_SIZE]; /* owned */
+	const char **needs;             /* owned list */
+	size_t need_count;
+};
+
+static void origin_clear(struct origin *origin)
 {
-	size_t mesh_count = 0;
-	enum tw_status status = resource_needs(call->store, field, RESOURCE_MESH, mesh, &mesh_count, error);
-	if (status == TW_OK && mesh_count != 1)
-		status = tw_fail(error, TW_ERROR_INTERNAL, "store-damaged", NULL, "the field %s has %zu meshes", field,
-				 mesh_count);
+	free(origin->needs);
+	free(origin->mesh);
+	free(origin->motions);
+}
+
+static enum tw_status origin_read(struct api_call *call, const char *field, struct origin *origin,
+				  struct tw_error *error)
+{
+	size_t mesh_count = 0, motion_count = 0;
+	enum tw_status status = resource_needs(call->store, field, RESOURCE_MESH, &origin->mesh, &mesh_count, error);
 	if (status == TW_OK)
-		status = resource_needs(call->store, field, RESOURCE_MOTION, motions, motion_count, error);
-	return status;
+		status = resource_needs(call->store, field, RESOURCE_MOTION, &origin->motions, &motion_count, error);
+	if (status != TW_OK)
+		return status;
+	origin->needs = calloc(mesh_count + motion_count + 1, sizeof *origin->needs);
+	if (!origin->needs)
+		return tw_fail_memory(error);
+	for (size_t i = 0; i < mesh_count; i++)
+		origin->needs[origin->need_count++] = origin->mesh[i];
+	for (size_t i = 0; i < motion_count; i++)
+		origin->needs[origin->need_count++] = origin->motions[i];
+	return TW_OK;
 }
 
 static enum tw_status create_field(struct api_call *call, const struct resource *old, const char *options,
 				   char id[STORE_ID_SIZE], struct tw_error *error)
 {
-	char(*mesh)[STORE_ID_SIZE] = NULL, (*motions)[STORE_ID_SIZE] = NULL;
-	const char **needs = NULL;
-	size_t motion_count = 0;
+	struct origin origin = {0};
 	struct resource field = {0};
 	enum resource_outcome outcome = RESOURCE_EXISTED;
-	enum tw_status status = read_needs(call, old->id, &mesh, &motions, &motion_count, error);
-	if (status == TW_OK) {
-		needs = calloc(motion_count + 1, sizeof *needs);
-		status = needs ? TW_OK : tw_fail_memory(error);
-	}
-	if (status == TW_OK) {
-		needs[0] = mesh[0];
-		for (size_t i = 0; i < motion_count; i++)
-			needs[1 + i] = motions[i];
-		const struct resource_draft draft = {
-			.kind = RESOURCE_FIELD,
-			.name = old->name,
-			.options = options,
-			.needs = needs,
-			.need_count = motion_count + 1,
-		};
+	enum tw_status status = origin_read(call, old->id, &origin, error);
+	const struct resource_draft draft = {
+		.kind = RESOURCE_FIELD,
+		.name = old->name,
+		.options = options,
+		.needs = origin.needs,
+		.need_count = origin.need_count,
+	};
+	if (status == TW_OK)
 		status = resource_create(call->store, &draft, &field, &outcome, error);
-	}
-	if (status == TW_OK) {
+	if (status == TW_OK)
 		memcpy(id, field.id, STORE_ID_SIZE);
-		if (outcome != RESOURCE_EXISTED)
-			call_job_added(call);
-	}
+	if (status == TW_OK && outcome != RESOURCE_EXISTED)
+		call_job_added(call);
 	resource_clear(&field);
-	free(needs);
-	free(mesh);
-	free(motions);
+	origin_clear(&origin);
 	return status;
 }
 

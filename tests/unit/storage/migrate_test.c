@@ -210,6 +210,30 @@ static void a_crash_in_the_middle_leaves_the_old_store(void **state)
 	clear_answers(old.before);
 }
 
+/* Daemon and workers of a new release start at the same moment. */
+static void many_processes_may_migrate_it_at_once(void **state)
+{
+	struct fixture *f = *state;
+	struct old old;
+	pid_t children[6];
+	enum { CHILDREN = sizeof children / sizeof *children };
+	set_up(f, &old);
+	for (int i = 0; i < CHILDREN; i++) {
+		children[i] = fork();
+		if (children[i] == 0) {
+			struct store *store = NULL;
+			_exit(store_open(&store, old.url, NULL) == TW_OK ? 0 : 1);
+		}
+	}
+	for (int i = 0; i < CHILDREN; i++) {
+		int code = 0;
+		waitpid(children[i], &code, 0);
+		assert_int_equal(code, 0);
+	}
+	nothing_has_changed(&old);
+	clear_answers(old.before);
+}
+
 /* --- what addresses cover --------------------------------------------------------------------------------------- */
 
 static void create_for(struct fixture *f, const char *tenant, const char *key, char id[STORE_ID_SIZE])
@@ -324,6 +348,7 @@ int main(void)
 		TEST(a_preset_that_was_yet_to_be_applied_is_written_down),
 		TEST(the_queue_of_an_old_store_goes_on),
 		TEST(a_crash_in_the_middle_leaves_the_old_store),
+		TEST(many_processes_may_migrate_it_at_once),
 		TEST(tenants_share_neither_addresses_nor_keys),
 		TEST(the_fingerprint_of_a_request_knows_no_version),
 		TEST(an_incomplete_result_is_kept),
