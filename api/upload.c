@@ -63,7 +63,7 @@ static enum tw_status end_part(void *context, struct tw_error *error)
 	struct body_upload *body = context;
 	enum tw_status status = upload_seal(body->open, error);
 	if (status && error && !error->where[0])
-		snprintf(error->where, sizeof error->where, "part %s", body->names[body->count - 1]);
+		snprintf(error->where, sizeof error->where, "part %.100s", body->names[body->count - 1]);
 	upload_free(body->open);
 	body->open = NULL;
 	return status;
