@@ -13,7 +13,7 @@
 
 struct work {
 	struct store *store;             /* borrowed; the worker's connection */
-	const struct resource *resource; /* borrowed; what is to be made */
+	const struct resource *resource; /* borrowed; what is to be made; NULL where the job makes no resource */
 	struct cache *cache;             /* borrowed; the last garment and field */
 	struct pulse *pulse;             /* borrowed */
 	struct arena *arena;             /* borrowed; the result lies here */

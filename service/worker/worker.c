@@ -187,7 +187,7 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	struct resource resource = {0};
 	struct work work = {
 		.store = worker->store,
-		.resource = &resource,
+		.resource = ticket->resource_id[0] ? &resource : NULL,
 		.cache = worker->cache,
 		.pulse = worker->pulse,
 		.arena = arena_new(worker->settings->memory_limit),
@@ -197,7 +197,7 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	};
 	pulse_begin(worker->pulse, ticket);
 	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
-	if (status == TW_OK && ticket->resource_id[0])
+	if (status == TW_OK && work.resource)
 		status = resource_get(worker->store, job_kind_row(ticket->kind)->resource, ticket->resource_id,
 				      &resource, &failure);
 	if (status == TW_OK)
