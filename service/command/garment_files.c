@@ -3,7 +3,6 @@
 #include "service/command/command.h"
 #include "service/command/progress.h"
 #include "solver/field/means.h"
-#include "solver/motion/fit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -104,6 +103,20 @@ void garment_files_print_options_help(FILE *out)
 	option_print_help(&field_option_table, out);
 }
 
+void warnings_print(const struct warning_list *warnings, const char *what)
+{
+	for (uint32_t i = 0; i < warnings->count; i++) {
+		const struct warning *warning = &warnings->warning[i];
+		progress_clear();
+		fprintf(stderr, "warning: %s: %s", what, warning->text);
+		for (uint32_t k = 0; k < warning->place_count; k++)
+			fprintf(stderr, k ? ", %s%u" : " (%s %u", k ? "" : warning->place_kind, warning->place[k]);
+		if (warning->count > warning->place_count && warning->place_count > 0)
+			fprintf(stderr, ", …; %llu in all", (unsigned long long)warning->count);
+		fprintf(stderr, "%s\n", warning->place_count ? ")" : "");
+	}
+}
+
 enum tw_status garment_files_load(struct garment_files *files, struct arena *arena, struct tw_error *error)
 {
 	const char *path[2] = {files->worn, files->pattern};
@@ -123,6 +136,8 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 		status = file_blame(garment_import(&files->garment, arena, &source[0], path[1] ? &source[1] : NULL,
 						   &files->import, &files->report, error),
 				    path[0], error);
+	if (!status)
+		warnings_print(&files->report.warnings, path[0]);
 	if (!status)
 		status = topology_build(&files->topology, arena, &files->garment, error);
 	free(bytes[0]);
@@ -187,16 +202,6 @@ static int show_frames(void *context, uint32_t frames_done)
 	return 0;
 }
 
-static void warn_of_size(const char *path, double size)
-{
-	char text[256];
-	if (fabs(size - 1) < MOTION_SIZE_TOLERANCE)
-		return;
-	motion_size_text(size, text);
-	progress_clear();
-	fprintf(stderr, "warning: %s: %s\n", path, text);
-}
-
 /* The strain against the pattern is taken when a motion comes in, all else from what is kept of it. */
 static enum tw_status read_motion(struct garment_files *files, struct arena *arena, uint32_t motion,
 				  struct tw_error *error)
@@ -221,7 +226,7 @@ static enum tw_status read_motion(struct garment_files *files, struct arena *are
 	motion_close(reader);
 	files->frame_count += report.frame_count;
 	if (!status)
-		warn_of_size(files->motion[motion], report.size);
+		warnings_print(&report.warnings, files->motion[motion]);
 	return status;
 }
 

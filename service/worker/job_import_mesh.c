@@ -39,16 +39,6 @@ static json_t *show_box(const double *least, const double *largest, size_t axes)
 	return json_pack("{s:o, s:o}", "least", number_list(least, axes), "largest", number_list(largest, axes));
 }
 
-static json_t *show_warning(const struct garment_warning *warning)
-{
-	json_t *places = json_array();
-	for (uint32_t i = 0; i < warning->place_count; i++)
-		json_array_append_new(places, json_integer(warning->place[i]));
-	return json_pack("{s:s, s:I, s:s, s:o, s:s}", "type", warning->type, "count", (json_int_t)warning->count,
-			 "place_kind", warning->place_kind ? warning->place_kind : "", "places", places, "text",
-			 warning->text);
-}
-
 static json_t *show_pieces(const struct garment *garment)
 {
 	json_t *pieces = json_array();
@@ -60,9 +50,6 @@ static json_t *show_pieces(const struct garment *garment)
 static json_t *show_garment(const struct garment *garment, const struct garment_report *report)
 {
 	static const char *const formats[] = {"unknown", "obj", "ply", "off", "stl"};
-	json_t *warnings = json_array();
-	for (uint32_t i = 0; i < report->warning_count; i++)
-		json_array_append_new(warnings, show_warning(&report->warning[i]));
 	json_int_t edges = (json_int_t)report->inner_edges + report->seam_edges + report->hem_edges;
 	return json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:o, s:o, s:o, s:f, s:f, s:o}", "format",
 			 formats[report->format], "vertices", (json_int_t)garment->vertex_count, "faces",
@@ -73,7 +60,8 @@ static json_t *show_garment(const struct garment *garment, const struct garment_
 			 (json_int_t)garment_source_count(garment), "pieces", show_pieces(garment), "worn_box_mm",
 			 show_box(report->worn_box_mm[0], report->worn_box_mm[1], 3), "pattern_box_mm",
 			 show_box(report->pattern_box_mm[0], report->pattern_box_mm[1], 2), "worn_area_mm2",
-			 report->worn_area_mm2, "pattern_area_mm2", report->pattern_area_mm2, "warnings", warnings);
+			 report->worn_area_mm2, "pattern_area_mm2", report->pattern_area_mm2, "warnings",
+			 warning_list_show(&report->warnings));
 }
 
 static enum tw_status import(struct work *work, const struct garment_source *worn, const struct garment_source *pattern,

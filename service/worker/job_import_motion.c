@@ -3,12 +3,10 @@
  * not at all, as the options say. */
 #include "service/worker/motion_means.h"
 #include "service/worker/motion_source.h"
-#include "solver/motion/fit.h"
 #include "solver/motion/options.h"
 #include "solver/motion/pack.h"
 #include "storage/upload.h"
 
-#include <math.h>
 #include <string.h>
 
 #define MEANS_SHARE 0.8 /* of the job's time, about; the rest packs */
@@ -29,27 +27,15 @@ static double average(const double *values, uint32_t count)
 	return count ? sum / count : 0;
 }
 
-/* In the form of a garment's warnings. */
-static json_t *show_warnings(double size)
-{
-	json_t *warnings = json_array();
-	char text[256];
-	if (fabs(size - 1) < MOTION_SIZE_TOLERANCE)
-		return warnings;
-	motion_size_text(size, text);
-	json_array_append_new(warnings, json_pack("{s:s, s:i, s:s, s:[i], s:s}", "type", "motion-other-size", "count",
-						  1, "place_kind", "frame", "places", 0, "text", text));
-	return warnings;
-}
-
-static json_t *show_motion(const struct motion_info *info, double size, double *const *mean, uint32_t face_count)
+static json_t *show_motion(const struct motion_info *info, const struct warning_list *warnings, double *const *mean,
+			   uint32_t face_count)
 {
 	static const char *const formats[] = {"unknown", "pc2", "mdd", "obj-tar", "packed"};
 	const double *stvk = mean[STRAIN_STVK];
 	return json_pack("{s:s, s:I, s:I, s:f, s:f, s:f, s:o}", "format", formats[info->format], "frames",
 			 (json_int_t)info->frame_count, "points", (json_int_t)info->vertex_count, "frames_per_second",
 			 info->frames_per_second, "average_density_mpa", average(stvk, face_count),
-			 "largest_density_mpa", largest(stvk, face_count), "warnings", show_warnings(size));
+			 "largest_density_mpa", largest(stvk, face_count), "warnings", warning_list_show(warnings));
 }
 
 /* Where packed frames go: an upload of our own, because they may be larger than memory. */
@@ -128,13 +114,14 @@ enum tw_status job_import_motion(struct work *work, struct tw_error *error)
 	const struct cached_mesh *mesh = NULL;
 	struct field_options options;
 	struct motion_info info;
-	double *mean[STRAIN_MODELS], size = 1;
+	struct warning_list warnings = {0};
+	double *mean[STRAIN_MODELS];
 	option_defaults(&field_option_table, &options);
 	enum tw_status status = work_find_mesh(work, work->resource->id, mesh_id, error);
 	if (status == TW_OK)
 		status = cache_mesh(work->cache, work->store, mesh_id, &mesh, error);
 	if (status == TW_OK)
-		status = motion_means(work, mesh, work->resource->id, &options, 0, MEANS_SHARE, mean, &info, &size,
+		status = motion_means(work, mesh, work->resource->id, &options, 0, MEANS_SHARE, mean, &info, &warnings,
 				      error);
 	if (status == TW_OK)
 		status = keep_frames(work, mesh, &info, error);
@@ -148,5 +135,5 @@ enum tw_status job_import_motion(struct work *work, struct tw_error *error)
 			(struct tw_array){motion_mean_names[model], TW_F64, 1, mesh->garment.face_count, mean[model]};
 	work->result.arrays = arrays;
 	work->result.array_count = STRAIN_MODELS;
-	return work_summary(work, show_motion(&info, size, mean, mesh->garment.face_count), error);
+	return work_summary(work, show_motion(&info, &warnings, mean, mesh->garment.face_count), error);
 }

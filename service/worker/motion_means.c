@@ -22,7 +22,8 @@ static int tell_frames(void *context, uint32_t frames_done)
 
 enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 			    const struct field_options *options, double share_from, double share_to,
-			    double *mean[STRAIN_MODELS], struct motion_info *info, double *size, struct tw_error *error)
+			    double *mean[STRAIN_MODELS], struct motion_info *info, struct warning_list *warnings,
+			    struct tw_error *error)
 {
 	struct blob_source source;
 	struct motion_reader *reader = NULL;
@@ -40,8 +41,8 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 		status = means_of_motion(mean, &report, work->arena, &mesh->garment, reader, options, tell_frames,
 					 &share, error);
 		info->frame_count = report.frame_count;
-		if (size)
-			*size = report.size;
+		if (warnings)
+			*warnings = report.warnings;
 	}
 	motion_close(reader);
 	blob_source_clear(&source);

@@ -9,11 +9,11 @@
 extern const char *const motion_mean_names[STRAIN_MODELS];
 
 /* The means of all three models against the reference that the options name, mean[model][face_count], in the work's
- * arena. Progress goes from `share_from` to `share_to`. The frame_count of `info` is what was read; `size` may be NULL
- * (struct means_report). */
+ * arena. Progress goes from `share_from` to `share_to`. The frame_count of `info` is what was read; what should be said
+ * about the motion is added to `warnings`, which may be NULL. */
 enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, const char *motion_id,
 			    const struct field_options *options, double share_from, double share_to,
-			    double *mean[STRAIN_MODELS], struct motion_info *info, double *size,
+			    double *mean[STRAIN_MODELS], struct motion_info *info, struct warning_list *warnings,
 			    struct tw_error *error) TW_NODISCARD;
 
 /* The mean of the options' energy model alone, for a field of the computation version `field_version`: what the motion

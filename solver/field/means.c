@@ -1,5 +1,6 @@
 #include "solver/field/means.h"
 
+#include "solver/motion/cloth.h"
 #include "solver/motion/fit.h"
 
 struct stream {
@@ -51,12 +52,41 @@ static enum tw_status find_rest(struct strain_rest *rest, struct stream *stream,
 static enum tw_status check_first(struct means_report *report, const struct garment *garment, const float *position,
 				  struct tw_error *error)
 {
-	report->size = motion_size(garment, position);
+	motion_warn_of_size(&report->warnings, motion_size(garment, position));
 	return motion_check_fit(garment, position, error);
 }
 
-static enum tw_status add_frames(struct strain_mean *mean, struct means_report *report, struct stream *stream,
-				 means_progress *progress, void *context, struct tw_error *error)
+/* Suspect frames are judged edge by edge; the first that is refused counts. */
+struct guard {
+	struct cloth cloth;
+	enum tw_status status;
+	struct tw_error *error;
+};
+
+static void judge(void *context, uint32_t frame, const float *position)
+{
+	struct guard *guard = context;
+	if (guard->status == TW_OK)
+		guard->status = cloth_judge(&guard->cloth, frame, position, guard->error);
+}
+
+static enum tw_status watch_cloth(struct guard *guard, struct strain_mean *mean, struct means_report *report,
+				  struct arena *arena, const struct garment *garment, struct tw_error *error)
+{
+	const size_t sides = 3 * (size_t)garment->face_count;
+	*guard = (struct guard){.error = error};
+	float *limit = ARENA_ARRAY(arena, sides, float);
+	enum tw_status status = cloth_init(&guard->cloth, arena, garment, &report->warnings, error);
+	if (status != TW_OK || !limit)
+		return status != TW_OK ? status : tw_fail_memory(error);
+	for (size_t i = 0; i < sides; i++)
+		limit[i] = (float)(CLOTH_STRETCH_WARNED * CLOTH_STRETCH_WARNED) * guard->cloth.rest[i];
+	strain_mean_watch(mean, &(struct strain_watch){limit, judge, guard});
+	return TW_OK;
+}
+
+static enum tw_status add_frames(struct strain_mean *mean, struct means_report *report, const struct guard *guard,
+				 struct stream *stream, means_progress *progress, void *context, struct tw_error *error)
 {
 	for (uint32_t done = 1;; done++) {
 		bool end = false;
@@ -68,6 +98,8 @@ static enum tw_status add_frames(struct strain_mean *mean, struct means_report *
 		if (status)
 			return status;
 		strain_mean_add(mean);
+		if (guard->status != TW_OK)
+			return guard->status;
 		if (progress && progress(context, done))
 			return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the reading was cancelled");
 	}
@@ -79,9 +111,11 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], struct means_
 			       struct tw_error *error)
 {
 	struct arena_mark mark = arena_mark(arena);
+	*report = (struct means_report){0};
 	struct stream stream = {.garment = garment, .reader = reader};
 	struct strain_rest rest;
 	struct strain_mean *mean;
+	struct guard guard;
 	if (garment->source_vertex) {
 		stream.frame = ARENA_ARRAY(arena, 3 * (size_t)garment_source_count(garment), float);
 		if (!stream.frame)
@@ -91,10 +125,14 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], struct means_
 	if (!status)
 		status = strain_mean_new(&mean, arena, &rest, error);
 	if (!status)
-		status = add_frames(mean, report, &stream, progress, context, error);
+		status = watch_cloth(&guard, mean, report, arena, garment, error);
+	if (!status)
+		status = add_frames(mean, report, &guard, &stream, progress, context, error);
 	if (!status) {
 		report->frame_count = strain_mean_finish(mean, means);
-		if (report->frame_count == 0)
+		status = guard.status;
+		cloth_warn(&guard.cloth);
+		if (status == TW_OK && report->frame_count == 0)
 			status = tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL, "the motion has no frames");
 	}
 	arena_release(arena, mark);

@@ -49,6 +49,16 @@ struct strain_mean;
 enum tw_status strain_mean_new(struct strain_mean **mean, struct arena *arena, const struct strain_rest *rest,
 			       struct tw_error *error) TW_NODISCARD;
 
+/* Told of every frame in which a side of a face is longer than its limit, or in which much of the cloth has no area:
+ * what the faces' t = tr(F^T F) - 2 is below -1 (without area it is -2) adds up to a fortieth of their number. Called
+ * within strain_mean_add and strain_mean_finish. */
+struct strain_watch {
+	const float *limit; /* [face_count][3] of the square of each side, mm2, > 0 */
+	void (*suspect)(void *context, uint32_t frame, const float *position);
+	void *context;
+};
+void strain_mean_watch(struct strain_mean *mean, const struct strain_watch *watch);
+
 /* Where the next frame belongs: [vertex_count][3] mm, finite. Valid until strain_mean_add. */
 float *strain_mean_slot(struct strain_mean *mean);
 void strain_mean_add(struct strain_mean *mean);

@@ -36,6 +36,9 @@ enum { BATCH = 8 };
 struct batch {
 	_Alignas(64) float t[BATCH][LANES], r2[BATCH][LANES];
 	_Alignas(64) float energy[STRAIN_MODELS][BATCH][LANES];
+	/* For the watch, over all faces of the block: the largest t over its limit, and the sum of what t is below -1.
+	 */
+	_Alignas(64) float excess[LANES], lack[LANES];
 };
 
 struct strain_mean {
@@ -45,14 +48,17 @@ struct strain_mean {
 	uint32_t pending;               /* frames in it */
 	uint32_t frame_count;           /* frames since the last finish, pending ones too */
 	uint32_t cluster_count;
-	struct cluster *cluster;    /* [cluster_count] */
-	uint32_t *order;            /* [face_count] the face at each place */
-	uint32_t *vertex;           /* vertices of the clusters, one after the other */
-	uint32_t places;            /* face_count, rounded up to whole batches; what is behind it is a point */
-	uint16_t (*corner)[3];      /* [places] indices into the cluster's vertex list */
-	float (*inverse)[3];        /* [places] */
-	double *sum[STRAIN_MODELS]; /* [places] over the frames that are evaluated */
-	float (*tile)[3][LANES];    /* [vertices of the largest cluster] */
+	struct cluster *cluster;   /* [cluster_count] */
+	uint32_t *order;           /* [face_count] the face at each place */
+	uint32_t *vertex;          /* vertices of the clusters, one after the other */
+	uint32_t places;           /* face_count, rounded up to whole batches; what is behind it is a point */
+	uint16_t (*corner)[3];     /* [places] indices into the cluster's vertex list */
+	float (*inverse)[3];       /* [places] */
+	float (*limit_share)[3];   /* [places] 1 over the limits of the watch; 0 behind face_count, and without one */
+	struct strain_watch watch; /* suspect is NULL without one */
+	float excess[LANES], lack[LANES]; /* of the block, see struct batch */
+	double *sum[STRAIN_MODELS];       /* [places] over the frames that are evaluated */
+	float (*tile)[3][LANES];          /* [vertices of the largest cluster] */
 };
 
 /* Cuts the ordered faces into clusters and lists each cluster's vertices. `place` is scratch, [vertex_count]. */
@@ -98,10 +104,11 @@ enum tw_status strain_mean_new(struct strain_mean **out, struct arena *arena, co
 	mean->places = (rest->face_count + BATCH - 1) / BATCH * BATCH;
 	mean->corner = arena_zeroed(arena, mean->places, sizeof *mean->corner);
 	mean->inverse = arena_zeroed(arena, mean->places, sizeof *mean->inverse);
+	mean->limit_share = arena_zeroed(arena, mean->places, sizeof *mean->limit_share);
 	double *sum = ARENA_ZEROED(arena, STRAIN_MODELS * (size_t)mean->places, double);
 	mean->tile = arena_array(arena, 3 * (size_t)CLUSTER_FACES, sizeof *mean->tile);
 	if (!mean->frame || !mean->cluster || !mean->order || !mean->vertex || !mean->corner || !mean->inverse ||
-	    !sum || !mean->tile)
+	    !mean->limit_share || !sum || !mean->tile)
 		return tw_fail_memory(error);
 	for (size_t model = 0; model < STRAIN_MODELS; model++)
 		mean->sum[model] = sum + model * mean->places;
@@ -115,6 +122,14 @@ enum tw_status strain_mean_new(struct strain_mean **out, struct arena *arena, co
 	arena_release(arena, mark);
 	*out = mean;
 	return status;
+}
+
+void strain_mean_watch(struct strain_mean *mean, const struct strain_watch *watch)
+{
+	mean->watch = *watch;
+	for (uint32_t i = 0; i < mean->rest->face_count; i++)
+		for (size_t side = 0; side < 3; side++)
+			mean->limit_share[i][side] = 1 / watch->limit[3 * (size_t)mean->order[i] + side];
 }
 
 float *strain_mean_slot(struct strain_mean *mean)
@@ -180,21 +195,38 @@ static inline __attribute__((always_inline)) void add_four_faces(double *sum, fl
 	memcpy(sum, &total, sizeof total);
 }
 
+static inline __attribute__((always_inline)) float square_of(const float side[3])
+{
+	return side[0] * side[0] + side[1] * side[1] + side[2] * side[2];
+}
+
+static inline __attribute__((always_inline)) float larger(float a, float b)
+{
+	return a > b ? a : b;
+}
+
 /* All lanes of the face at place `i`. */
 static inline __attribute__((always_inline)) void face_invariants(const struct strain_mean *mean, uint32_t i,
-								  float *restrict t, float *restrict r2)
+								  float *restrict t, float *restrict r2,
+								  float *restrict excess, float *restrict lack)
 {
 	const uint16_t *corner = mean->corner[i];
 	float(*restrict p)[LANES] = mean->tile[corner[0]];
 	float(*restrict q)[LANES] = mean->tile[corner[1]];
 	float(*restrict r)[LANES] = mean->tile[corner[2]];
 	float inverse[3] = {mean->inverse[i][0], mean->inverse[i][1], mean->inverse[i][2]};
+	float share[3] = {mean->limit_share[i][0], mean->limit_share[i][1], mean->limit_share[i][2]};
 	for (int l = 0; l < LANES; l++) {
 		float first[3] = {q[0][l] - p[0][l], q[1][l] - p[1][l], q[2][l] - p[2][l]};
 		float second[3] = {r[0][l] - p[0][l], r[1][l] - p[1][l], r[2][l] - p[2][l]};
+		float third[3] = {second[0] - first[0], second[1] - first[1], second[2] - first[2]};
 		struct invariants invariants = side_invariants(first, second, inverse);
+		float longest = larger(square_of(first) * share[0], square_of(third) * share[1]);
+		longest = larger(longest, square_of(second) * share[2]);
 		t[l] = invariants.t;
 		r2[l] = invariants.r2;
+		excess[l] = larger(longest, excess[l]);
+		lack[l] += larger(-1.0F - invariants.t, 0);
 	}
 }
 
@@ -203,7 +235,7 @@ static inline __attribute__((always_inline)) void add_batch(struct strain_mean *
 							    uint32_t lanes)
 {
 	for (uint32_t k = 0; k < BATCH; k++)
-		face_invariants(mean, i + k, batch->t[k], batch->r2[k]);
+		face_invariants(mean, i + k, batch->t[k], batch->r2[k], batch->excess, batch->lack);
 	for (uint32_t k = 0; k < BATCH; k++)
 		for (uint32_t l = 0; l < LANES; l++) {
 			struct energies e = densities(batch->t[k][l], batch->r2[k][l]);
@@ -222,12 +254,34 @@ static inline __attribute__((always_inline)) void add_batch(struct strain_mean *
 CLONES static void evaluate_block(struct strain_mean *mean)
 {
 	struct batch batch;
+	memset(batch.excess, 0, sizeof batch.excess);
+	memset(batch.lack, 0, sizeof batch.lack);
 	for (uint32_t c = 0; c < mean->cluster_count; c++) {
 		const struct cluster *cluster = &mean->cluster[c];
 		fill_tile(mean, cluster);
 		for (uint32_t i = cluster->first_face; i < cluster->first_face + cluster->face_count; i += BATCH)
 			add_batch(mean, &batch, i, mean->pending);
 	}
+	memcpy(mean->excess, batch.excess, sizeof mean->excess);
+	memcpy(mean->lack, batch.lack, sizeof mean->lack);
+}
+
+static void tell_suspects(struct strain_mean *mean)
+{
+	/* What fills up the last batch is a point, and lacks 1. */
+	const float points = (float)(mean->places - mean->rest->face_count);
+	const float limit = 0.025F * (float)mean->rest->face_count;
+	for (uint32_t l = 0; mean->watch.suspect && l < mean->pending; l++) {
+		if (mean->excess[l] > 1 || mean->lack[l] - points > limit)
+			mean->watch.suspect(mean->watch.context, mean->frame_count - mean->pending + l,
+					    mean->frame + l * mean->frame_stride);
+	}
+}
+
+static void finish_block(struct strain_mean *mean)
+{
+	evaluate_block(mean);
+	tell_suspects(mean);
 	mean->pending = 0;
 }
 
@@ -236,14 +290,14 @@ void strain_mean_add(struct strain_mean *mean)
 	mean->pending++;
 	mean->frame_count++;
 	if (mean->pending == STRAIN_BLOCK)
-		evaluate_block(mean);
+		finish_block(mean);
 }
 
 uint32_t strain_mean_finish(struct strain_mean *mean, double *const means[STRAIN_MODELS])
 {
 	uint32_t frames = mean->frame_count;
 	if (mean->pending)
-		evaluate_block(mean);
+		finish_block(mean);
 	for (uint32_t i = 0; i < mean->rest->face_count; i++)
 		for (int model = 0; model < STRAIN_MODELS; model++)
 			if (means[model])

@@ -48,7 +48,7 @@ static enum tw_status check_areas(struct draft *draft)
 					    garment->face_coord[3 * (size_t)f + 2]);
 		double worn = worn_area(garment, f);
 		if (!(worn > 0))
-			report_warn(report, "worn-zero-area", "face", garment_file_face(garment, f),
+			warning_add(&report->warnings, "worn-zero-area", "face", garment_file_face(garment, f),
 				    "faces without area in the worn mesh count as fully compressed there");
 		report->worn_area_mm2 += worn;
 		report->pattern_area_mm2 += 0.5 * fabs(cross);
@@ -153,7 +153,7 @@ enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirro
 		if (mirrored == MIRRORED_REFUSE)
 			return mirrored_piece(draft, piece);
 		mirror[piece] = 1;
-		report_warn(draft->report, "pieces-turned", "piece", piece,
+		warning_add(&draft->report->warnings, "pieces-turned", "piece", piece,
 			    "pieces that lay wrong side up in the pattern were mirrored left to right");
 	}
 	return turn_pieces(draft, mirror);

@@ -61,7 +61,7 @@ static void take_as_one(struct draft *draft, struct corner *corners, uint32_t co
 	for (uint32_t i = 0; i < count; i++) {
 		if (corners[i].coord == coord)
 			continue;
-		report_warn(draft->report, "pattern-positions-shared", "vertex",
+		warning_add(&draft->report->warnings, "pattern-positions-shared", "vertex",
 			    garment_file_vertex(garment, corners[i].vertex),
 			    "pattern positions that a vertex has more than once were taken as one: there is no seam "
 			    "between them");
@@ -154,7 +154,8 @@ static void warn_of_isolated(const struct draft *draft, uint8_t *used)
 		used[garment->face_vertex[i]] = 1;
 	for (uint32_t v = 0; v < garment->vertex_count; v++) {
 		if (!used[v])
-			report_warn(draft->report, "isolated-vertices", "vertex", garment_file_vertex(garment, v),
+			warning_add(&draft->report->warnings, "isolated-vertices", "vertex",
+				    garment_file_vertex(garment, v),
 				    "vertices without a face are kept, because motions count them, but no wire can "
 				    "reach them");
 	}

@@ -147,7 +147,7 @@ static void add_polygon(struct draft *draft, const struct soup *worn, const uint
 			xy[2 * i + 1] = garment->pattern[2 * (size_t)corner_coord[start + i] + 1];
 		}
 		polygon_cut(xy, count, triangles); /* a polygon that cannot be cut gives faces that the checks refuse */
-		report_warn(draft->report, "polygons-cut", "face", p,
+		warning_add(&draft->report->warnings, "polygons-cut", "face", p,
 			    "faces with more than three corners were cut into triangles; their numbers stay those of "
 			    "the file");
 	}

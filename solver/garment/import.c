@@ -118,7 +118,7 @@ static void write_report(const struct draft *draft)
 	for (int axis = 0; axis < 3; axis++)
 		widest = fmax(widest, report->worn_box_mm[1][axis] - report->worn_box_mm[0][axis]);
 	if (widest < 50 || widest > 5000)
-		report_warn(report, "size-unusual", "vertex", 0,
+		warning_add(&report->warnings, "size-unusual", "vertex", 0,
 			    "the garment is %.4g mm long, which is unusual; check the unit", widest);
 }
 

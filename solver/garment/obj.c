@@ -89,7 +89,7 @@ static enum tw_status count_lines(struct obj *obj)
 		else if (is_name(keyword))
 			obj->label_limit[label_of(keyword)]++;
 		else if (keyword == LINE_OTHER)
-			report_warn(obj->report, "lines-ignored", "line", number,
+			warning_add(&obj->report->warnings, "lines-ignored", "line", number,
 				    "lines that begin with an unknown word were ignored");
 		if (keyword != LINE_FACE)
 			continue;
@@ -242,7 +242,7 @@ static void read_label(struct obj *obj, enum label_kind kind, const struct text 
 {
 	struct text name = text_trimmed(*line);
 	if (!text_is_utf8(&name)) {
-		report_warn(obj->report, "names-unreadable", "line", obj->line,
+		warning_add(&obj->report->warnings, "names-unreadable", "line", obj->line,
 			    "names that are not UTF-8 text on one line were ignored");
 		name.end = name.at;
 	}

@@ -187,7 +187,7 @@ static enum tw_status compare_cell(struct draft *draft, const struct grid *grid,
 						    "pattern; a piece cannot be cut like that",
 						    garment_file_face(garment, a), garment_file_face(garment, b), piece,
 						    utf8_cut(name, 60), name);
-			report_warn(draft->report, "pieces-overlap", "face", garment_file_face(garment, a),
+			warning_add(&draft->report->warnings, "pieces-overlap", "face", garment_file_face(garment, a),
 				    "pieces %.*s and %.*s lie on each other in the flat pattern", utf8_cut(name, 60),
 				    name, utf8_cut(other_name, 60), other_name);
 		}
@@ -203,7 +203,7 @@ static enum tw_status compare_all(struct draft *draft, const struct grid *grid)
 			const uint64_t *start = &grid->start[(uint64_t)y * grid->width + x];
 			uint64_t faces = start[1] - start[0], pairs = faces * faces / 2;
 			if (pairs > budget) {
-				report_warn(draft->report, "overlap-unchecked", "face",
+				warning_add(&draft->report->warnings, "overlap-unchecked", "face",
 					    garment_file_face(&draft->garment, grid->face[start[0]]),
 					    "faces of very different size lie here, so that overlaps of the pattern "
 					    "could not "
@@ -232,7 +232,7 @@ enum tw_status draft_check_overlap(struct draft *draft)
 	if (status == TW_OK && filled)
 		status = compare_all(draft, &grid);
 	else if (status == TW_OK)
-		report_warn(draft->report, "overlap-unchecked", "face", 0,
+		warning_add(&draft->report->warnings, "overlap-unchecked", "face", 0,
 			    "faces are of very different size, so that overlaps of the pattern were not looked for");
 	arena_release(draft->arena, mark);
 	return status;

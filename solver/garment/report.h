@@ -2,25 +2,12 @@
 #ifndef SOLVER_GARMENT_REPORT_H
 #define SOLVER_GARMENT_REPORT_H
 
-#include <stdint.h>
+#include "solver/warning.h"
 
 enum mesh_format { MESH_SNIFF, MESH_OBJ, MESH_PLY, MESH_OFF, MESH_STL };
 
-/* Something harmless that the user should know. */
-enum { GARMENT_WARNINGS = 12, WARNING_PLACES = 8 };
-
-struct garment_warning {
-	const char *type;               /* static slug: "isolated-vertices" */
-	const char *place_kind;         /* static: "vertex", "face", "line", "piece" */
-	uint64_t count;                 /* how many places in all */
-	uint32_t place[WARNING_PLACES]; /* the first of them; numbers from 0, lines from 1 */
-	uint32_t place_count;
-	char text[256]; /* one sentence */
-};
-
 struct garment_report {
-	struct garment_warning warning[GARMENT_WARNINGS]; /* at most one of a type */
-	uint32_t warning_count;
+	struct warning_list warnings;
 	enum mesh_format format; /* of the worn file, as it was read */
 	uint32_t polygon_count;  /* in the file, before triangulation and refinement */
 	uint32_t file_vertices;  /* in the file, before welding and refinement */

@@ -2,28 +2,6 @@
 
 #include <string.h>
 
-void report_warn(struct garment_report *report, const char *type, const char *place_kind, uint32_t place,
-		 const char *format, ...)
-{
-	struct garment_warning *warning = report->warning;
-	struct garment_warning *end = warning + report->warning_count;
-	while (warning < end && strcmp(warning->type, type) != 0)
-		warning++;
-	if (warning == end) {
-		if (report->warning_count == GARMENT_WARNINGS)
-			return;
-		report->warning_count++;
-		*warning = (struct garment_warning){.type = type, .place_kind = place_kind};
-		va_list arguments;
-		va_start(arguments, format);
-		vsnprintf(warning->text, sizeof warning->text, format, arguments);
-		va_end(arguments);
-	}
-	warning->count++;
-	if (warning->place_count < WARNING_PLACES)
-		warning->place[warning->place_count++] = place;
-}
-
 enum tw_status fail_at_line(struct tw_error *error, const char *type, uint32_t line, const char *format, ...)
 {
 	char where[32];

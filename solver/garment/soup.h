@@ -49,11 +49,6 @@ bool ply_is(struct text file);
 bool off_is(struct text file);
 bool stl_is(struct text file);
 
-/* Counts one more place of a warning; the first call for a type writes its text. */
-TW_PRINTF(5, 6)
-void report_warn(struct garment_report *report, const char *type, const char *place_kind, uint32_t place,
-		 const char *format, ...);
-
 /* Fails with "line N". */
 TW_PRINTF(4, 5)
 enum tw_status fail_at_line(struct tw_error *error, const char *type, uint32_t line, const char *format, ...);

@@ -128,11 +128,11 @@ static enum tw_status weld(struct draft *draft, double weld_mm, uint32_t *parent
 		if (parent[v] == v)
 			continue;
 		if (weld_mm > 0)
-			report_warn(draft->report, "vertices-welded", "vertex", v,
+			warning_add(&draft->report->warnings, "vertices-welded", "vertex", v,
 				    "hem vertices at the place of another were sewn to it; frames of motions keep the "
 				    "file's vertices");
 		else
-			report_warn(draft->report, "seams-open", "vertex", v,
+			warning_add(&draft->report->warnings, "seams-open", "vertex", v,
 				    "hem vertices at the place of another are not joined to it; if they are a seam, "
 				    "import again with weld_mm, or wires cannot cross it");
 	}

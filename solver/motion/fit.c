@@ -61,10 +61,13 @@ double motion_size(const struct garment *garment, const float *position)
 	return 1;
 }
 
-void motion_size_text(double size, char text[256])
+void motion_warn_of_size(struct warning_list *warnings, double size)
 {
-	snprintf(text, 256,
-		 "in the first frame the fabric is %.1f %% %s, each way, than on the worn mesh: is this the motion of "
-		 "another size of the garment? Its strain is measured against this garment's pattern",
-		 100 * fabs(size - 1), size > 1 ? "longer" : "shorter");
+	if (fabs(size - 1) < MOTION_SIZE_TOLERANCE)
+		return;
+	warning_add(
+		warnings, "motion-other-size", "frame", 0,
+		"in the first frame the fabric is %.1f %% %s, each way, than on the worn mesh: is this the motion of "
+		"another size of the garment? Its strain is measured against this garment's pattern",
+		100 * fabs(size - 1), size > 1 ? "longer" : "shorter");
 }

@@ -3,6 +3,7 @@
 #define SOLVER_MOTION_FIT_H
 
 #include "solver/garment/garment.h"
+#include "solver/warning.h"
 
 /* Compares the area of the garment in a frame, position [vertex_count][3] in mm, with its worn area. A motion in
  * another unit, or of a mesh with another order of vertices, is off by far more than fabric stretches: TW_ERROR_INPUT
@@ -18,7 +19,7 @@ double motion_size(const struct garment *garment, const float *position);
 /* Sizes of garments are some five per cent apart, bodies that wear the same size two. */
 #define MOTION_SIZE_TOLERANCE 0.03
 
-/* What a warning about it says. */
-void motion_size_text(double size, char text[256]);
+/* Adds the warning "motion-other-size" where it is beyond that. */
+void motion_warn_of_size(struct warning_list *warnings, double size);
 
 #endif

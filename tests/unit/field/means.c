@@ -175,9 +175,176 @@ static void no_memory_is_an_error_and_no_crash(void **state)
 	motion_free(&motion);
 }
 
+/* --- motions that are not cloth -------------------------------------------------------------------- */
+
+static float *frame_at(struct motion *motion, int j)
+{
+	size_t floats = 3 * (size_t)motion->garment.vertex_count;
+	return (float *)(void *)(motion->bytes + PC2_HEADER_BYTES + (size_t)j * floats * sizeof(float));
+}
+
+/* The longest an edge of the sheet gets in a frame, over what it is worn, pattern and worn being the same. */
+static double longest_in(struct motion *motion, int j)
+{
+	const struct garment *g = &motion->garment;
+	const float *x = frame_at(motion, j);
+	double most = 0;
+	for (size_t i = 0; i < 3 * (size_t)g->face_count; i++) {
+		size_t a = g->face_vertex[i], b = g->face_vertex[i % 3 == 2 ? i - 2 : i + 1];
+		double moved = 0, worn = 0;
+		for (size_t axis = 0; axis < 3; axis++) {
+			moved += pow((double)x[3 * b + axis] - (double)x[3 * a + axis], 2);
+			worn += pow(g->position[3 * b + axis] - g->position[3 * a + axis], 2);
+		}
+		most = fmax(most, sqrt(moved / worn));
+	}
+	return most;
+}
+
+static enum tw_status read_warned(struct motion *motion, struct means_report *report)
+{
+	struct byte_memory memory = {motion->bytes, motion->size, 0};
+	struct byte_source source = byte_source_memory(&memory);
+	struct motion_reader *reader = NULL;
+	double *means[STRAIN_MODELS] = {0};
+	*report = (struct means_report){0};
+	assert_int_equal(motion_open(&reader, &source, MOTION_SNIFF, UNIT_MM, 0, &motion->error), TW_OK);
+	enum tw_status status = means_of_motion(means, report, motion->arena, &motion->garment, reader,
+						&motion->options, NULL, NULL, &motion->error);
+	motion_close(reader);
+	return status;
+}
+
+static void assert_not_cloth(struct motion *motion, int frame, const char *vertex)
+{
+	char place[32];
+	struct means_report report;
+	assert_int_equal(read_warned(motion, &report), TW_ERROR_INPUT);
+	assert_string_equal(motion->error.type, "motion-not-cloth");
+	snprintf(place, sizeof place, "frame %d, vertices ", frame);
+	if (strncmp(motion->error.where, place, strlen(place)) != 0 || (vertex && !strstr(motion->error.where, vertex)))
+		fail_msg("%s: %s", motion->error.where, motion->error.text);
+}
+
+/* In any frame of a block, whole or not, and in the first and last. */
+static const int tried[] = {0, 1, 7, 15, 16, 17, FRAMES - 1};
+enum { TRIED = sizeof tried / sizeof *tried };
+
+static void a_vertex_that_goes_astray_is_named_with_its_frame(void **state)
+{
+	(void)state;
+	for (int i = 0; i < TRIED; i++) {
+		struct motion motion;
+		motion_make(&motion);
+		frame_at(&motion, tried[i])[3 * 137 + 1] += 5000;
+		assert_not_cloth(&motion, tried[i], "137");
+		motion_free(&motion);
+	}
+}
+
+static void vertices_in_another_order_are_no_cloth(void **state)
+{
+	(void)state;
+	struct motion motion;
+	motion_make(&motion);
+	for (int j = 0; j < FRAMES; j++) {
+		float *x = frame_at(&motion, j);
+		for (size_t axis = 0; axis < 3; axis++) {
+			float other = x[3 * 30 + axis];
+			x[3 * 30 + axis] = x[3 * 250 + axis];
+			x[3 * 250 + axis] = other;
+		}
+	}
+	assert_not_cloth(&motion, 0, NULL);
+	assert_true(strstr(motion.error.where, "30") || strstr(motion.error.where, "250"));
+	assert_non_null(strstr(motion.error.text, "order"));
+	motion_free(&motion);
+}
+
+static void a_collapsed_frame_is_no_cloth(void **state)
+{
+	(void)state;
+	static const float scales[] = {0, 1e-6F, 0.1F};
+	for (int i = 0; i < TRIED; i++) {
+		for (size_t s = 0; s < 3; s++) {
+			struct motion motion;
+			motion_make(&motion);
+			if (tried[i] == 0)
+				continue; /* its area is judged before */
+			for (size_t k = 0; k < 3 * (size_t)motion.garment.vertex_count; k++)
+				frame_at(&motion, tried[i])[k] *= scales[s];
+			assert_not_cloth(&motion, tried[i], NULL);
+			assert_non_null(strstr(motion.error.text, "collapsed"));
+			motion_free(&motion);
+		}
+	}
+}
+
+static void an_exploded_frame_is_no_cloth(void **state)
+{
+	(void)state;
+	struct motion motion;
+	motion_make(&motion);
+	for (size_t k = 0; k < 3 * (size_t)motion.garment.vertex_count; k++)
+		frame_at(&motion, FRAMES - 1)[k] *= 20;
+	assert_not_cloth(&motion, FRAMES - 1, NULL);
+	motion_free(&motion);
+}
+
+/* Between the two limits the motion is read, and said to be odd; below, nothing is said: no frame is missed or
+ * invented. */
+static void a_stretch_is_warned_of_beyond_its_limit_alone(void **state)
+{
+	(void)state;
+	for (int step = 0; step < 40; step++) {
+		struct motion motion;
+		struct means_report report;
+		motion_make(&motion);
+		int frame = (step * 7) % FRAMES;
+		frame_at(&motion, frame)[3 * 137 + 2] += (float)(1.5 * step);
+		double longest = longest_in(&motion, frame);
+		enum tw_status status = read_warned(&motion, &report);
+		if (longest > 6.001) {
+			assert_int_equal(status, TW_ERROR_INPUT);
+		} else if (longest < 5.999) {
+			bool warned = report.warnings.count > 0;
+			assert_int_equal(status, TW_OK);
+			if (fabs(longest - 3) > 0.001)
+				assert_int_equal(warned, longest > 3);
+			if (warned) {
+				assert_string_equal(report.warnings.warning[0].type, "motion-stretched");
+				assert_int_equal(report.warnings.warning[0].place[0], frame);
+				assert_non_null(strstr(report.warnings.warning[0].text, "137"));
+			}
+		}
+		motion_free(&motion);
+	}
+}
+
+static void cloth_of_half_its_size_is_warned_of(void **state)
+{
+	(void)state;
+	struct motion motion;
+	struct means_report report;
+	motion_make(&motion);
+	for (size_t k = 0; k < 3 * (size_t)motion.garment.vertex_count; k++)
+		frame_at(&motion, 5)[k] *= 0.4F;
+	if (read_warned(&motion, &report) != TW_OK)
+		fail_msg("%s", motion.error.text);
+	assert_int_equal(report.warnings.count, 1);
+	assert_string_equal(report.warnings.warning[0].type, "motion-crumpled");
+	motion_free(&motion);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(a_vertex_that_goes_astray_is_named_with_its_frame),
+		cmocka_unit_test(vertices_in_another_order_are_no_cloth),
+		cmocka_unit_test(a_collapsed_frame_is_no_cloth),
+		cmocka_unit_test(an_exploded_frame_is_no_cloth),
+		cmocka_unit_test(a_stretch_is_warned_of_beyond_its_limit_alone),
+		cmocka_unit_test(cloth_of_half_its_size_is_warned_of),
 		cmocka_unit_test(a_stream_has_the_means_of_its_frames),
 		cmocka_unit_test(any_frame_can_be_the_reference),
 		cmocka_unit_test(reading_can_be_cancelled),

@@ -50,11 +50,11 @@ static void assert_imports(struct fixture *f, const char *worn)
 		fail_msg("%s: %s: %s", f->error.type, f->error.where, f->error.text);
 }
 
-static const struct garment_warning *warning(const struct fixture *f, const char *type)
+static const struct warning *warning(const struct fixture *f, const char *type)
 {
-	for (uint32_t i = 0; i < f->report.warning_count; i++) {
-		if (strcmp(f->report.warning[i].type, type) == 0)
-			return &f->report.warning[i];
+	for (uint32_t i = 0; i < f->report.warnings.count; i++) {
+		if (strcmp(f->report.warnings.warning[i].type, type) == 0)
+			return &f->report.warnings.warning[i];
 	}
 	return NULL;
 }
@@ -83,7 +83,7 @@ static void two_pieces_meet_in_a_seam(void **state)
 	assert_int_equal(f->report.seam_edges, 1);
 	assert_int_equal(f->report.hem_edges, 6);
 	assert_int_equal(f->report.component_count, 1);
-	assert_int_equal(f->report.warning_count, 0);
+	assert_int_equal(f->report.warnings.count, 0);
 	assert_true(f->garment.position[3 * 4] == 200);
 	assert_true(f->garment.pattern[2 * 6 + 1] == 100);
 	assert_int_equal(f->garment.face_vertex[3 * 2 + 1], 4);

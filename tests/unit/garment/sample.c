@@ -113,7 +113,7 @@ static void sewn_obj_is_the_suit_itself(void **state)
 	fclose(out);
 	import_text(f);
 	assert_is_suit(f, 0);
-	assert_int_equal(f->report.warning_count, 0);
+	assert_int_equal(f->report.warnings.count, 0);
 	assert_memory_equal(g->face_vertex, f->read.face_vertex, 12 * (size_t)g->face_count);
 	for (uint32_t p = 0; p < g->piece_count; p++)
 		assert_string_equal(g->piece_name[p], f->read.piece_name[p]);
@@ -133,12 +133,12 @@ static void obj_cut_apart_at_its_seams_is_sewn(void **state)
 	fclose(out);
 	import_text(f);
 	assert_int_equal(f->read.vertex_count, g->coord_count);
-	assert_true(f->report.warning_count == 1 && strcmp(f->report.warning[0].type, "seams-open") == 0);
+	assert_true(f->report.warnings.count == 1 && strcmp(f->report.warnings.warning[0].type, "seams-open") == 0);
 	f->options.weld_mm = 0.01;
 	import_text(f);
 	assert_is_suit(f, 1e-4);
 	assert_int_equal(garment_source_count(&f->read), g->coord_count);
-	assert_int_equal(f->report.warning[0].count, g->coord_count - g->vertex_count);
+	assert_int_equal(f->report.warnings.warning[0].count, g->coord_count - g->vertex_count);
 }
 
 static void ply_in_metres_on_a_sheet_is_sewn(void **state)

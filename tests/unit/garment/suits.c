@@ -64,7 +64,7 @@ static void check_suit(const char *data, const json_t *suit)
 	assert_int_equal(report.inner_edges + report.seam_edges + report.hem_edges, integer(suit, "edges"));
 	assert_int_equal(report.component_count, integer(suit, "components"));
 	assert_int_equal(garment.piece_count, 12);
-	assert_int_equal(report.warning_count, 0);
+	assert_int_equal(report.warnings.count, 0);
 	if (pattern_name) {
 		/* the pattern as a mesh of its own gives the same garment */
 		assert_int_equal(garment.coord_count, integer(suit, "pattern_vertices"));

@@ -79,8 +79,8 @@ static void the_suit_imports_without_a_warning(void **state)
 	struct tw_error error;
 	option_defaults(&import_option_table, &options);
 	assert_int_equal(garment_import(&read, f->arena, &worn, NULL, &options, &report, &error), TW_OK);
-	if (report.warning_count)
-		fail_msg("%s", report.warning[0].text);
+	if (report.warnings.count)
+		fail_msg("%s", report.warnings.warning[0].text);
 	assert_int_equal(sample_garment(&made, f->arena, 3000, SAMPLE_XL, &error), TW_OK);
 	assert_int_equal(read.vertex_count, made.vertex_count);
 	assert_int_equal(read.coord_count, made.coord_count);
