@@ -1,17 +1,102 @@
 #include "api/api.h"
 
 #include "api/key.h"
+#include "storage/jobs.h"
 #include "storage/store.h"
 
 #include <pthread.h>
 #include <sodium.h>
 #include <stdlib.h>
+#include <string.h>
+
+struct api_policy {
+	struct api_settings settings; /* owned texts */
+	struct key_list *keys;        /* owned; NULL: every request is allowed */
+	unsigned users;               /* guarded by the api's lock; the api itself is one */
+};
 
 struct api {
-	struct api_settings settings;
-	struct key_list *keys; /* owned; NULL: every request is allowed */
-	pthread_key_t store;   /* struct store * of each thread */
+	pthread_mutex_t lock;
+	struct api_policy *policy; /* guarded by `lock` */
+	char *store_url;           /* owned */
+	pthread_key_t store;       /* struct store * of each thread */
 };
+
+/* --- policies -------------------------------------------------------------------------------------------------------
+ */
+
+static void policy_free(struct api_policy *policy)
+{
+	if (!policy)
+		return;
+	free((char *)policy->settings.cors_origin);
+	free((char *)policy->settings.host_names);
+	key_list_free(policy->keys);
+	free(policy);
+}
+
+static char *copy_of(const char *text)
+{
+	return strdup(text ? text : "");
+}
+
+static enum tw_status policy_new(struct api_policy **policy, const struct api_settings *settings,
+				 struct tw_error *error)
+{
+	struct api_policy *made = calloc(1, sizeof *made);
+	*policy = NULL;
+	if (!made)
+		return tw_fail_memory(error);
+	made->settings = *settings;
+	made->settings.store_url = made->settings.key_file = NULL;
+	made->settings.cors_origin = copy_of(settings->cors_origin);
+	made->settings.host_names = copy_of(settings->host_names);
+	made->users = 1;
+	enum tw_status status = made->settings.cors_origin && made->settings.host_names ? TW_OK : tw_fail_memory(error);
+	if (status == TW_OK && settings->key_file && settings->key_file[0])
+		status = key_list_read(&made->keys, settings->key_file, error);
+	if (status == TW_OK)
+		*policy = made;
+	else
+		policy_free(made);
+	return status;
+}
+
+struct api_policy *api_take_policy(struct api *api)
+{
+	pthread_mutex_lock(&api->lock);
+	struct api_policy *policy = api->policy;
+	policy->users++;
+	pthread_mutex_unlock(&api->lock);
+	return policy;
+}
+
+void api_return_policy(struct api *api, struct api_policy *policy)
+{
+	pthread_mutex_lock(&api->lock);
+	bool is_last = --policy->users == 0;
+	pthread_mutex_unlock(&api->lock);
+	if (is_last)
+		policy_free(policy);
+}
+
+const struct api_settings *api_policy_settings(const struct api_policy *policy)
+{
+	return &policy->settings;
+}
+
+bool api_policy_has_keys(const struct api_policy *policy)
+{
+	return policy->keys != NULL;
+}
+
+bool api_policy_allows(const struct api_policy *policy, const char *authorization)
+{
+	return !policy->keys || key_list_allows(policy->keys, authorization);
+}
+
+/* --- stores ---------------------------------------------------------------------------------------------------------
+ */
 
 static void close_store(void *store)
 {
@@ -23,13 +108,28 @@ enum tw_status api_store(struct api *api, struct store **store, struct tw_error 
 	*store = pthread_getspecific(api->store);
 	if (*store)
 		return TW_OK;
-	enum tw_status status = store_open(store, api->settings.store_url, error);
-	if (!status && pthread_setspecific(api->store, *store) != 0) {
+	enum tw_status status = store_open(store, api->store_url, error);
+	if (status == TW_OK && pthread_setspecific(api->store, *store) != 0) {
 		store_close(*store);
+		*store = NULL;
 		return tw_fail_memory(error);
 	}
 	return status;
 }
+
+bool api_change(struct api *api, int64_t *change)
+{
+	struct store *store = NULL;
+	struct job_page page = {0};
+	bool is_known = api_store(api, &store, NULL) == TW_OK && job_changes(store, -1, 1, &page, NULL) == TW_OK;
+	if (is_known)
+		*change = page.next;
+	job_page_clear(&page);
+	return is_known;
+}
+
+/* --- life -----------------------------------------------------------------------------------------------------------
+ */
 
 enum tw_status api_open(struct api **api, const struct api_settings *settings, struct tw_error *error)
 {
@@ -41,17 +141,36 @@ enum tw_status api_open(struct api **api, const struct api_settings *settings, s
 		free(made);
 		return tw_fail_memory(error);
 	}
-	made->settings = *settings;
+	pthread_mutex_init(&made->lock, NULL);
 	struct store *store = NULL;
-	enum tw_status status = api_store(made, &store, error);
-	if (!status && settings->key_file && settings->key_file[0])
-		status = key_list_read(&made->keys, settings->key_file, error);
-	if (status) {
+	made->store_url = strdup(settings->store_url);
+	enum tw_status status = made->store_url ? api_store(made, &store, error) : tw_fail_memory(error);
+	if (status == TW_OK)
+		status = policy_new(&made->policy, settings, error);
+	if (status != TW_OK) {
 		api_close(made);
 		return status;
 	}
 	*api = made;
 	return TW_OK;
+}
+
+enum tw_status api_reload(struct api *api, const struct api_settings *settings, struct tw_error *error)
+{
+	struct api_policy *next = NULL;
+	enum tw_status status = policy_new(&next, settings, error);
+	if (status != TW_OK)
+		return status;
+	pthread_mutex_lock(&api->lock);
+	struct api_policy *old = api->policy;
+	bool fits = (old->keys != NULL) == (next->keys != NULL);
+	if (fits)
+		api->policy = next;
+	pthread_mutex_unlock(&api->lock);
+	api_return_policy(api, fits ? old : next);
+	return fits ? TW_OK
+		    : tw_fail(error, TW_ERROR_CONFLICT, "keys-needed", "key-file",
+			      "whether keys are needed at all is decided at the start; restart the service");
 }
 
 void api_close(struct api *api)
@@ -60,16 +179,8 @@ void api_close(struct api *api)
 		return;
 	store_close(pthread_getspecific(api->store));
 	pthread_key_delete(api->store);
-	key_list_free(api->keys);
+	pthread_mutex_destroy(&api->lock);
+	policy_free(api->policy);
+	free(api->store_url);
 	free(api);
-}
-
-const struct api_settings *api_settings_of(const struct api *api)
-{
-	return &api->settings;
-}
-
-bool api_allows(const struct api *api, const char *authorization)
-{
-	return !api->keys || key_list_allows(api->keys, authorization);
 }

@@ -15,15 +15,17 @@ struct api_hooks {
 	void (*job_added)(void *context);                     /* there is work in the queue: wake a worker */
 	char *(*metrics)(void *context);                      /* text for /metrics in the Prometheus format; malloc */
 	bool (*ready)(void *context, char *why, size_t size); /* false, with a reason, while draining */
+	bool (*may_hold)(void *context); /* whether one more request, or stream of events, may wait for a job */
 	void *context;
 };
 
 struct api_settings {
-	const char *store_url;       /* borrowed for the life of the api, like all texts here */
+	const char *store_url;       /* copied, like all texts here */
 	uint64_t upload_limit_bytes; /* of one upload */
 	uint32_t wait_limit_s;       /* longest `Prefer: wait` that is honoured */
 	const char *cors_origin;     /* "https://studio.example", "*", or empty for no CORS */
-	const char *key_file;        /* file of API keys (api/key.h); empty for none */
+	const char *host_names; /* names, with commas, that Host may say of a service without keys (api/origin.h) */
+	const char *key_file;   /* file of API keys (api/key.h); empty for none */
 	struct api_hooks hooks;
 };
 
@@ -31,13 +33,24 @@ struct api_settings {
 enum tw_status api_open(struct api **api, const struct api_settings *settings, struct tw_error *error) TW_NODISCARD;
 void api_close(struct api *api); /* NULL is allowed */
 
-/* Borrowed; the api's as long as it is open. */
-const struct api_settings *api_settings_of(const struct api *api);
+/* Takes other settings, and reads the key file again, for all requests that begin from now on. The store stays. After
+ * an error everything is as before; TW_ERROR_CONFLICT "keys-needed" where the keys would go away or come. */
+enum tw_status api_reload(struct api *api, const struct api_settings *settings, struct tw_error *error) TW_NODISCARD;
+
+/* The settings and keys of one moment: a request keeps those that it began with. */
+struct api_policy;
+struct api_policy *api_take_policy(struct api *api);
+void api_return_policy(struct api *api, struct api_policy *policy);
+const struct api_settings *api_policy_settings(const struct api_policy *policy);
+
+/* Whether it has keys at all, and whether the value of Authorization (NULL: none) is one of them. */
+bool api_policy_has_keys(const struct api_policy *policy);
+bool api_policy_allows(const struct api_policy *policy, const char *authorization);
 
 /* The calling thread's connection, opened when it is first asked for and closed when the thread ends. Borrowed. */
 enum tw_status api_store(struct api *api, struct store **store, struct tw_error *error) TW_NODISCARD;
 
-/* Whether the value of Authorization (NULL: none) opens the service: a valid key, or there are no keys. */
-bool api_allows(const struct api *api, const char *authorization);
+/* A number that grows with every change of a job. False where the store does not tell. */
+bool api_change(struct api *api, int64_t *change);
 
 #endif

@@ -9,6 +9,12 @@ const char *call_header(const struct api_call *call, const char *name)
 	return call->request.header ? call->request.header(call->request.context, name) : NULL;
 }
 
+bool call_may_hold(const struct api_call *call)
+{
+	const struct api_hooks *hooks = &call->settings->hooks;
+	return !hooks->may_hold || hooks->may_hold(hooks->context);
+}
+
 void call_job_added(const struct api_call *call)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;

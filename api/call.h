@@ -12,8 +12,8 @@
 #include "storage/resources.h"
 
 struct api_call {
-	struct api *api;
-	const struct api_settings *settings; /* borrowed */
+	struct api *api;                     /* borrowed */
+	const struct api_settings *settings; /* borrowed, of this request's policy */
 	struct store *store;                 /* borrowed: this thread's */
 	struct api_request request;
 	struct query query;
@@ -35,6 +35,9 @@ struct api_call {
 
 /* The header's value, NULL where there is none. */
 const char *call_header(const struct api_call *call, const char *name);
+
+/* Whether the request, or its stream of events, may wait for a job: not where too many do. */
+bool call_may_hold(const struct api_call *call);
 
 /* Tells the service that there is work. */
 void call_job_added(const struct api_call *call);

@@ -93,6 +93,9 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 	job_clear(&job);
 	if (status)
 		return status;
+	if (!call_may_hold(call))
+		return tw_fail(error, TW_ERROR_LIMIT, "too-many-waiting", NULL,
+			       "too many clients wait for jobs now; try again in a moment, or ask for the job itself");
 	struct event_stream *events = calloc(1, sizeof *events);
 	if (!events)
 		return tw_fail_memory(error);

@@ -3,6 +3,7 @@
 
 #include "api/call.h"
 #include "api/header.h"
+#include "api/origin.h"
 #include "api/problem.h"
 #include "api/resource.h"
 #include "storage/jobs.h"
@@ -10,11 +11,13 @@
 #include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #define REQUEST_ID_MAX 64
 
 struct exchange {
 	struct api_call call;
+	struct api_policy *policy; /* taken */
 	enum exchange_state state;
 	char *target;
 	char request_id[REQUEST_ID_MAX + 1];
@@ -32,7 +35,8 @@ struct exchange *exchange_new(struct api *api, const char *target)
 	}
 	exchange->target = copy;
 	exchange->call.api = api;
-	exchange->call.settings = api_settings_of(api);
+	exchange->policy = api_take_policy(api);
+	exchange->call.settings = api_policy_settings(exchange->policy);
 	return exchange;
 }
 
@@ -59,6 +63,7 @@ void exchange_free(struct exchange *exchange)
 	response_clear(&exchange->call.response);
 	free(exchange->call.body);
 	free(exchange->target);
+	api_return_policy(exchange->call.api, exchange->policy);
 	free(exchange);
 }
 
@@ -173,11 +178,16 @@ static void respond_options(struct api_call *call)
 static enum tw_status find_route(struct exchange *exchange, struct tw_error *error)
 {
 	struct api_call *call = &exchange->call;
+	if (!strcmp(exchange->target, "*")) {
+		/* OPTIONS of the service as a whole (RFC 9110, 9.3.7). */
+		snprintf(call->match.allow, sizeof call->match.allow, "GET, HEAD, POST, PATCH, DELETE, OPTIONS");
+		return TW_OK;
+	}
 	if (!is_known_method(call->request.method))
 		return tw_fail(error, TW_ERROR_UNSUPPORTED, "method-not-implemented", NULL,
 			       "the method %.20s is not known here", call->request.method);
 	enum tw_status status = query_parse(&call->query, exchange->target, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	route_find(call->request.method, call->query.path, &call->match);
 	if (!call->match.path_known)
@@ -194,11 +204,40 @@ static enum tw_status find_route(struct exchange *exchange, struct tw_error *err
 static enum tw_status check_key(struct exchange *exchange, struct tw_error *error)
 {
 	const struct api_call *call = &exchange->call;
-	if ((call->match.route->flags & ROUTE_OPEN) || api_allows(call->api, call_header(call, "Authorization")))
+	if ((call->match.route->flags & ROUTE_OPEN) ||
+	    api_policy_allows(exchange->policy, call_header(call, "Authorization")))
 		return TW_OK;
 	response_header(&exchange->call.response, "WWW-Authenticate", "Bearer realm=\"tightwire\"");
 	return tw_fail(error, TW_ERROR_INPUT, "unauthorized", "Authorization",
 		       "send a valid API key as Authorization: Bearer KEY");
+}
+
+/* Whether a page of another origin is behind the request (api/origin.h). */
+static enum tw_status check_origin(const struct exchange *exchange, struct tw_error *error)
+{
+	const struct api_call *call = &exchange->call;
+	const char *host = call->request.host ? call->request.host : "";
+	if (api_policy_has_keys(exchange->policy))
+		return TW_OK;
+	if (*host && !origin_is_local_host(host, call->settings->host_names))
+		return tw_fail(
+			error, TW_ERROR_INPUT, "unknown-host", "Host",
+			"a service without keys answers to localhost only, not to %.80s; see the setting host-names",
+			host);
+	if (!origin_is_welcome(call_header(call, "Origin"), host, call->settings->cors_origin))
+		return tw_fail(error, TW_ERROR_INPUT, "foreign-origin", "Origin",
+			       "pages of %.80s may not use this service; see the setting cors-origin",
+			       call_header(call, "Origin"));
+	return TW_OK;
+}
+
+static enum tw_status check_encoding(const struct api_call *call, struct tw_error *error)
+{
+	const char *encoding = call_header(call, "Content-Encoding");
+	if (!encoding || !strcasecmp(encoding, "identity"))
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-encoding", "Content-Encoding",
+		       "the body came as %.40s; send it as it is", encoding);
 }
 
 /* Refuses a body by its announced length, before a byte of it is read. */
@@ -215,8 +254,7 @@ static enum tw_status check_json_type(const struct api_call *call, struct tw_err
 {
 	const char *content_type = call_header(call, "Content-Type");
 	char media_type[64];
-	if (!content_type ||
-	    (header_media_type(content_type, media_type, sizeof media_type) && !strcmp(media_type, "application/json")))
+	if (header_media_type(content_type, media_type, sizeof media_type) && !strcmp(media_type, "application/json"))
 		return TW_OK;
 	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
 		       "the body came as %s; send JSON, with -H 'Content-Type: application/json'",
@@ -227,7 +265,7 @@ static enum tw_status check_json_type(const struct api_call *call, struct tw_err
 static enum tw_status take_named_uploads(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
-	for (const char *const *part = call->match.route->parts; *part && !status; part++) {
+	for (const char *const *part = call->match.route->parts; *part && status == TW_OK; part++) {
 		const char *id = query_get(&call->query, *part);
 		if (id)
 			status = body_upload_take(&call->upload, call->store, *part, id, error);
@@ -239,7 +277,7 @@ static enum tw_status prepare_upload(struct api_call *call, struct tw_error *err
 {
 	const struct route *route = call->match.route;
 	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	if (query_get(&call->query, route->parts[0]))
 		return take_named_uploads(call, error);
@@ -252,7 +290,7 @@ static enum tw_status prepare_append(struct api_call *call, struct tw_error *err
 	uint64_t offset = 0;
 	const char *complete = call_header(call, "Upload-Complete");
 	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	if (!header_content_length(call_header(call, "Upload-Offset"), &offset) || offset == UINT64_MAX)
 		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Upload-Offset",
@@ -271,7 +309,7 @@ static enum tw_status prepare_body(struct api_call *call, struct tw_error *error
 		return check_length(call, TW_LIMIT_JSON_BYTES, error);
 	case ROUTE_JSON:
 		status = check_json_type(call, error);
-		return status ? status : check_length(call, TW_LIMIT_JSON_BYTES, error);
+		return status != TW_OK ? status : check_length(call, TW_LIMIT_JSON_BYTES, error);
 	case ROUTE_UPLOAD:
 		return prepare_upload(call, error);
 	case ROUTE_APPEND:
@@ -280,18 +318,21 @@ static enum tw_status prepare_body(struct api_call *call, struct tw_error *error
 	return TW_OK;
 }
 
-static enum tw_status begin(struct exchange *exchange, struct tw_error *error)
+/* What can be said of a request without the store, and before its body. */
+static enum tw_status judge(struct exchange *exchange, struct tw_error *error)
 {
 	struct api_call *call = &exchange->call;
-	enum tw_status status = find_route(exchange, error);
-	if (status || !call->match.route)
+	enum tw_status status = check_origin(exchange, error);
+	if (status == TW_OK)
+		status = find_route(exchange, error);
+	if (status != TW_OK || !call->match.route)
 		return status;
 	status = check_key(exchange, error);
-	if (!status && call->match.route->produces)
+	if (status == TW_OK)
+		status = check_encoding(call, error);
+	if (status == TW_OK && call->match.route->produces)
 		status = call_check_accept(call, call->match.route->produces, error);
-	if (!status && !(call->match.route->flags & ROUTE_STORELESS))
-		status = api_store(call->api, &call->store, error);
-	return status ? status : prepare_body(call, error);
+	return status;
 }
 
 enum exchange_state exchange_headers(struct exchange *exchange, const struct api_request *request)
@@ -299,7 +340,7 @@ enum exchange_state exchange_headers(struct exchange *exchange, const struct api
 	struct tw_error error = {0};
 	exchange->call.request = *request;
 	choose_request_id(exchange);
-	if (begin(exchange, &error))
+	if (judge(exchange, &error) != TW_OK)
 		return answer_problem(exchange, &error);
 	if (exchange->call.match.route)
 		return EXCHANGE_READING;
@@ -307,11 +348,31 @@ enum exchange_state exchange_headers(struct exchange *exchange, const struct api
 	return answer(exchange);
 }
 
+bool exchange_needs_store(const struct exchange *exchange)
+{
+	return !(exchange->call.match.route->flags & ROUTE_STORELESS);
+}
+
+enum exchange_state exchange_open(struct exchange *exchange)
+{
+	struct api_call *call = &exchange->call;
+	struct tw_error error = {0};
+	enum tw_status status = TW_OK;
+	if (exchange->state != EXCHANGE_READING)
+		return exchange->state;
+	if (exchange_needs_store(exchange))
+		status = api_store(call->api, &call->store, &error);
+	if (status == TW_OK)
+		status = prepare_body(call, &error);
+	return status == TW_OK ? EXCHANGE_READING : answer_problem(exchange, &error);
+}
+
 enum exchange_state exchange_refuse(struct exchange *exchange, const struct api_request *request,
 				    const struct tw_error *error)
 {
 	exchange->call.request = *request;
-	choose_request_id(exchange);
+	if (!exchange->request_id[0])
+		choose_request_id(exchange);
 	return answer_problem(exchange, error);
 }
 
@@ -365,7 +426,7 @@ enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, 
 		status = body_upload_write(&exchange->call.upload, bytes, size, &error);
 	else if (exchange->call.match.route->body == ROUTE_JSON)
 		status = keep_json(exchange, bytes, size, &error);
-	return status ? answer_problem(exchange, &error) : exchange->state;
+	return status != TW_OK ? answer_problem(exchange, &error) : exchange->state;
 }
 
 enum exchange_state exchange_end(struct exchange *exchange)
@@ -378,9 +439,9 @@ enum exchange_state exchange_end(struct exchange *exchange)
 	status = settle(exchange, &error);
 	if (status == TW_OK && is_streamed(call->match.route))
 		status = body_upload_finish(&call->upload, &error);
-	if (!status)
+	if (status == TW_OK)
 		status = call->match.route->handle(call, &error);
-	if (status)
+	if (status != TW_OK)
 		return answer_problem(exchange, &error);
 	if (!call->wait.job_id[0])
 		return answer(exchange);
@@ -388,15 +449,20 @@ enum exchange_state exchange_end(struct exchange *exchange)
 	return exchange->state;
 }
 
-bool exchange_is_due(struct exchange *exchange, int64_t now_ms)
+bool exchange_is_due(struct exchange *exchange)
 {
 	struct store *store = NULL;
 	struct job job = {0};
-	if (now_ms >= exchange->call.wait.until_ms || api_store(exchange->call.api, &store, NULL) != TW_OK)
+	if (api_store(exchange->call.api, &store, NULL) != TW_OK)
 		return true;
 	bool due = job_get(store, exchange->call.wait.job_id, &job, NULL) != TW_OK || job_state_is_final(job.state);
 	job_clear(&job);
 	return due;
+}
+
+int64_t exchange_until_ms(const struct exchange *exchange)
+{
+	return exchange->call.wait.until_ms;
 }
 
 enum exchange_state exchange_resume(struct exchange *exchange)
@@ -407,5 +473,5 @@ enum exchange_state exchange_resume(struct exchange *exchange)
 		return exchange->state;
 	if (settle(exchange, &error) != TW_OK)
 		return answer_problem(exchange, &error);
-	return resource_respond_awaited(call, &error) ? answer_problem(exchange, &error) : answer(exchange);
+	return resource_respond_awaited(call, &error) != TW_OK ? answer_problem(exchange, &error) : answer(exchange);
 }

@@ -1,19 +1,19 @@
 /* One HTTP request and its answer. A server drives an exchange through
  *
  *     exchange_new      the request line is known
- *     exchange_headers  the headers are known: routing, limits and permissions are decided here, before any body
+ *     exchange_headers  the headers are known: routing and permissions are decided here, without the store
+ *     exchange_open     the body begins: limits, and the first use of the store
  *     exchange_body     each piece of the body
  *     exchange_end      the body is over
  *     exchange_free     the response is sent, or the client is gone
  *
  * and looks at its state after each step. EXCHANGE_READING: go on. EXCHANGE_ANSWERED: send exchange_response; what
  * remains of the body is of no interest. EXCHANGE_HELD (`Prefer: wait`): keep the connection without a thread, ask
- * exchange_is_due now and then (or when a job has ended), and call exchange_resume once it says so.
+ * exchange_is_due when a job may have ended, and call exchange_resume once it says so, or at exchange_until_ms.
  *
- * An exchange is one thread's at a time, and may go to another between two steps; exchange_is_due may be called from
- * any. Different exchanges may be driven by different threads at once. Where exchange_may_wait says so, exchange_body,
- * _end and _free may have to wait for the store's writer, and are better called where nobody else has to wait for that;
- * all else waits for nothing. */
+ * An exchange is one thread's at a time, and may go to another between two steps. Different exchanges may be driven by
+ * different threads at once. Where exchange_may_wait says so, exchange_body, _end and _free may have to wait for the
+ * store's writer, and are better called where nobody else has to wait for that; all else waits for nothing. */
 #ifndef API_EXCHANGE_H
 #define API_EXCHANGE_H
 
@@ -35,7 +35,12 @@ enum exchange_state { EXCHANGE_READING, EXCHANGE_ANSWERED, EXCHANGE_HELD };
 
 /* What *request points to, its header function included, must stay valid until the exchange is freed. */
 enum exchange_state exchange_headers(struct exchange *exchange, const struct api_request *request);
-/* In place of it, for a head that the server itself refuses: answers with the error. */
+
+/* Whether what follows uses the store, and so may take its time. */
+bool exchange_needs_store(const struct exchange *exchange);
+enum exchange_state exchange_open(struct exchange *exchange);
+
+/* In place of any step before the answer, where the server itself refuses the request: answers with the error. */
 enum exchange_state exchange_refuse(struct exchange *exchange, const struct api_request *request,
 				    const struct tw_error *error);
 enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, size_t size);
@@ -43,15 +48,17 @@ enum exchange_state exchange_end(struct exchange *exchange);
 
 /* False for what only reads. Once the headers are known. */
 bool exchange_may_wait(const struct exchange *exchange);
+
 /* The body goes into the store as it comes, rather than into memory: large pieces cost less. */
 bool exchange_is_streamed(const struct exchange *exchange);
 
-/* Held: whether what it waits for has come, or its time `now_ms` (CLOCK_MONOTONIC) is over. */
-bool exchange_is_due(struct exchange *exchange, int64_t now_ms);
+/* Held: whether what it waits for has come; and when it waits no longer, in milliseconds of CLOCK_MONOTONIC. */
+bool exchange_is_due(struct exchange *exchange);
+int64_t exchange_until_ms(const struct exchange *exchange);
 enum exchange_state exchange_resume(struct exchange *exchange);
 
-/* Once answered. The exchange keeps the response; a sender may take its `bytes` or `stream` by setting it to NULL. A
- * stream must be read and closed by the thread that ended the exchange. */
+/* Once answered. The exchange keeps the response, which a sender reads: a stream on the thread that ended the exchange.
+ */
 struct api_response *exchange_response(struct exchange *exchange);
 
 /* For logs and metrics: the row of api_routes, NULL where none matched. */

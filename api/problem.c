@@ -19,10 +19,21 @@ static const struct {
 	{"option-unknown", 400},
 	{"unknown-parameter", 400},
 	{"invalid-cursor", 400},
+	{"malformed-request", 400},
 	{"unauthorized", 401},
+	{"foreign-origin", 403},
+	{"request-timeout", 408},
+	{"expectation-failed", 417},
+	{"unknown-host", 421},
+	{"too-many-of-one-address", 429},
+	{"head-too-large", 431},
+	{"too-many-connections", 503},
+	{"too-many-waiting", 503},
+	{"version-not-supported", 505},
 	{"method-not-allowed", 405},
 	{"not-acceptable", 406},
 	{"unsupported-media-type", 415},
+	{"unsupported-encoding", 415},
 	{"uri-too-long", 414},
 	{"method-not-implemented", 501},
 	{"not-ready", 503},
@@ -125,7 +136,7 @@ void problem_respond(struct api_response *response, const struct tw_error *error
 	response->status = problem_status(error);
 	response_header(response, "Content-Type", "application/problem+json");
 	response_header(response, "Cache-Control", "no-store");
-	if (response->status == 503)
+	if (response->status == 503 || response->status == 429)
 		response_header(response, "Retry-After", "1");
 	json_decref(problem);
 }

@@ -5,6 +5,7 @@
 
 struct api_request {
 	const char *method; /* "GET" */
+	const char *host;   /* the host that is asked, by the target or by Host; "" or NULL where neither says it */
 	/* The value of a header, its name in any case; NULL where the request has none. */
 	const char *(*header)(void *context, const char *name);
 	void *context; /* of header() */

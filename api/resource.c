@@ -106,6 +106,8 @@ enum tw_status resource_respond_list(struct api_call *call, enum resource_kind k
 	return status;
 }
 
+/* 200 says that the job has ended, whatever its end: a resource that failed is there, with its problem, and a request
+ * for the same again answers alike, with or without waiting. */
 static enum tw_status respond_created(struct api_call *call, const struct resource *resource, struct tw_error *error)
 {
 	json_t *json = NULL;
@@ -125,7 +127,7 @@ static void hold(struct api_call *call, const struct resource *resource)
 	uint32_t wait_s = header_prefer_wait_s(call_header(call, "Prefer"));
 	if (wait_s > call->settings->wait_limit_s)
 		wait_s = call->settings->wait_limit_s;
-	if (!wait_s)
+	if (!wait_s || !call_may_hold(call))
 		return;
 	response_header(&call->response, "Preference-Applied", "wait=%u", wait_s);
 	if (job_state_is_final(resource->job.state))

@@ -69,23 +69,34 @@ static enum tw_status end_part(void *context, struct tw_error *error)
 	return status;
 }
 
-/* What a mesh or a point cache may be called; the content decides, in the worker. */
+/* What a mesh or a point cache may be called; the content decides, in the worker. None of them is a type that a web
+ * page may send without asking first: text/plain is. */
 static bool is_raw_media_type(const char *media_type)
 {
-	static const char *const known[] = {"application/octet-stream", "text/plain",        "application/x-tar",
-					    "application/x-tgif",       "application/x-ply", "application/sla"};
+	static const char *const known[] = {"application/octet-stream", "application/x-tar", "application/x-tgif",
+					    "application/x-ply", "application/sla"};
 	for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
 		if (!strcmp(media_type, known[i]))
 			return true;
 	return !strncmp(media_type, "model/", 6);
 }
 
+static enum tw_status refuse_media_type(const char *media_type, struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
+		       "the body came as %.64s; send the file as it is, with -H 'Content-Type: "
+		       "application/octet-stream' (or model/obj, …), or as multipart/form-data",
+		       media_type);
+}
+
 enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
 				const char *content_type, const char *file_name, uint64_t limit, struct tw_error *error)
 {
 	*body = (struct body_upload){.store = store, .parts = parts, .limit = limit};
-	char media_type[BLOB_NAME_SIZE] = "application/octet-stream";
-	if (content_type && !header_media_type(content_type, media_type, sizeof media_type))
+	char media_type[BLOB_NAME_SIZE];
+	if (!content_type)
+		return refuse_media_type("no media type", error);
+	if (!header_media_type(content_type, media_type, sizeof media_type))
 		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Content-Type",
 			       "this is no media type of the form type/subtype");
 	body->is_form = !strcmp(media_type, "multipart/form-data");
@@ -94,11 +105,7 @@ enum tw_status body_upload_init(struct body_upload *body, struct store *store, c
 		return multipart_init(&body->multipart, content_type, sink, error);
 	}
 	if (!is_raw_media_type(media_type))
-		return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
-			       "the body came as %.64s; send the file as it is, with -H 'Content-Type: "
-			       "application/octet-stream' "
-			       "(or model/obj, …), or as multipart/form-data",
-			       media_type);
+		return refuse_media_type(media_type, error);
 	snprintf(body->media_type, sizeof body->media_type, "%s", media_type);
 	snprintf(body->file_names[0], sizeof body->file_names[0], "%s", file_name ? file_name : "");
 	return TW_OK;

@@ -36,8 +36,8 @@ enum tw_status body_upload_append(struct body_upload *body, struct store *store,
 enum tw_status body_upload_take(struct body_upload *body, struct store *store, const char *part, const char *id,
 				struct tw_error *error) TW_NODISCARD;
 
-/* Begins; writes nothing yet. `content_type` NULL counts as bytes of an unknown type. `file_name`: of a raw body, may
- * be NULL. Fails with "unsupported-media-type", "malformed-header", and what storage fails with. */
+/* Begins; writes nothing yet. `content_type` may be NULL: none was sent, which is refused. `file_name`: of a raw body,
+ * may be NULL. Fails with "unsupported-media-type", "malformed-header", and what storage fails with. */
 enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
 				const char *content_type, const char *file_name, uint64_t limit,
 				struct tw_error *error) TW_NODISCARD;

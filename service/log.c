@@ -1,13 +1,14 @@
 #include "service/log.h"
 
+#include <stdatomic.h>
 #include <time.h>
 #include <unistd.h>
 
-static enum log_level log_level = LOG_LEVEL_INFO;
+static atomic_int log_level = LOG_LEVEL_INFO;
 
 void log_set_level(enum log_level level)
 {
-	log_level = level;
+	atomic_store(&log_level, (int)level);
 }
 
 static size_t print_time(char *line, size_t size)
@@ -24,7 +25,7 @@ void log_event(enum log_level level, const char *event, const char *format, ...)
 {
 	static const char *const names[] = {"error", "warning", "info", "debug"};
 	char line[1024];
-	if (level > log_level)
+	if ((int)level > atomic_load(&log_level))
 		return;
 	size_t used = print_time(line, sizeof line);
 	used += (size_t)snprintf(line + used, sizeof line - used, " %s %s ", names[level], event);

@@ -7,7 +7,7 @@
 
 enum log_level { LOG_LEVEL_ERROR, LOG_LEVEL_WARNING, LOG_LEVEL_INFO, LOG_LEVEL_DEBUG };
 
-/* Lines above this level are left out; at first LOG_LEVEL_INFO. Set it before there are threads. */
+/* Lines above this level are left out; at first LOG_LEVEL_INFO. Any thread may set it at any time. */
 void log_set_level(enum log_level level);
 
 /* The name and `format` are the event's words; a value with blanks is put in quotes by the caller. Control characters

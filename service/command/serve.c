@@ -1,12 +1,13 @@
 /* `tightwire serve`: the daemon. Its main thread supervises and keeps time; the HTTP server has threads of its own; all
  * computation is done by worker processes.
  *
- * Signals come through a signalfd. SIGTERM and SIGINT drain: not ready any more, no new connections, held requests are
- * answered with what is known, running jobs end or go back to the queue; at the latest after --drain-s the rest is
- * cut off, which loses nothing, because jobs whose worker dies are taken up again. */
+ * Signals come through a signalfd. SIGHUP reads settings and keys again. SIGTERM and SIGINT drain: not ready any more,
+ * no new connections, held requests are answered with what is known, running jobs end or go back to the queue; at the
+ * latest after --drain-s the rest is cut off, which loses nothing, because jobs whose worker dies are taken up again.
+ */
 #include "service/command/command.h"
 #include "service/daemon/config.h"
-#include "service/daemon/http.h"
+#include "service/daemon/http/server.h"
 #include "service/daemon/listen.h"
 #include "service/daemon/metrics.h"
 #include "service/daemon/supervisor.h"
@@ -39,6 +40,8 @@ struct daemon {
 	struct http_server *http;
 	struct store *store; /* the main thread's, for sweeping */
 	struct listener listener;
+	int argc; /* of the command line, for SIGHUP */
+	char **argv;
 	int signals;
 	atomic_bool draining;
 	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
@@ -85,8 +88,11 @@ static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error
 	sigaddset(&set, SIGTERM);
 	sigaddset(&set, SIGINT);
 	sigaddset(&set, SIGCHLD);
+	sigaddset(&set, SIGHUP);
 	sigprocmask(SIG_BLOCK, &set, NULL);
 	signal(SIGPIPE, SIG_IGN);
+	/* Whoever started us may have ignored it, and then dead workers would vanish without a word. */
+	signal(SIGCHLD, SIG_DFL);
 	daemon->signals = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
 	return daemon->signals >= 0 ? TW_OK : tw_fail(error, TW_ERROR_IO, "signals", NULL, "signalfd failed");
 }
@@ -95,7 +101,7 @@ static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error
 static void raise_file_limit(int64_t connections)
 {
 	struct rlimit limit;
-	rlim_t wanted = (rlim_t)connections + SPARE_FILES;
+	rlim_t wanted = (rlim_t)connections + HTTP_RESERVE + SPARE_FILES;
 	if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur >= wanted)
 		return;
 	limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
@@ -104,17 +110,29 @@ static void raise_file_limit(int64_t connections)
 			  "text=\"too few open files are allowed for %lld connections\"", (long long)connections);
 }
 
-static enum tw_status open_api(struct daemon *daemon, struct tw_error *error)
+static bool on_may_hold(void *context)
+{
+	const struct daemon *daemon = context;
+	return http_may_hold(daemon->http);
+}
+
+static struct api_settings api_settings_of(struct daemon *daemon)
 {
 	const struct config *config = &daemon->config;
-	struct api_settings settings = {
+	return (struct api_settings){
 		.store_url = config->store,
 		.upload_limit_bytes = (uint64_t)config->upload_limit_mib << 20,
 		.wait_limit_s = (uint32_t)config->wait_limit_s,
 		.cors_origin = config->cors_origin,
+		.host_names = config->host_names,
 		.key_file = config->key_file,
-		.hooks = {on_job_added, on_metrics, on_ready, daemon},
+		.hooks = {on_job_added, on_metrics, on_ready, on_may_hold, daemon},
 	};
+}
+
+static enum tw_status open_api(struct daemon *daemon, struct tw_error *error)
+{
+	const struct api_settings settings = api_settings_of(daemon);
 	return api_open(&daemon->api, &settings, error);
 }
 
@@ -146,17 +164,28 @@ static enum tw_status start_workers(struct daemon *daemon, struct tw_error *erro
 	return supervisor_start(&daemon->supervisor, &settings, error);
 }
 
+static struct http_limits http_limits_of(const struct config *config)
+{
+	return (struct http_limits){
+		.connections = (unsigned)config->connections,
+		.per_address = (unsigned)config->connections_per_address,
+		.held = (unsigned)config->held_requests,
+		.idle_s = (unsigned)config->idle_timeout_s,
+		.head_s = (unsigned)config->head_timeout_s,
+		.request_s = (unsigned)config->request_timeout_s,
+		.rate_bytes_s = (unsigned)config->least_rate_bytes_s,
+	};
+}
+
 static enum tw_status start_http(struct daemon *daemon, struct tw_error *error)
 {
-	const struct config *config = &daemon->config;
-	int64_t threads = config->http_threads < config->connections ? config->http_threads : config->connections;
+	const struct http_limits limits = http_limits_of(&daemon->config);
 	struct http_settings settings = {
 		.api = daemon->api,
 		.metrics = daemon->metrics,
 		.socket = daemon->listener.socket,
-		.threads = (unsigned)threads,
-		.connections = (unsigned)config->connections,
-		.idle_timeout_s = (unsigned)config->idle_timeout_s,
+		.threads = (unsigned)daemon->config.http_threads,
+		.limits = &limits,
 	};
 	return http_start(&daemon->http, &settings, error);
 }
@@ -207,12 +236,47 @@ static void go_on_draining(struct daemon *daemon)
 	supervisor_drain(daemon->supervisor);
 }
 
+static enum log_level parse_log_level(const char *name)
+{
+	static const char *const names[] = {"error", "warning", "info", "debug"};
+	enum log_level level = LOG_LEVEL_ERROR;
+	while (level < LOG_LEVEL_DEBUG && strcmp(names[level], name) != 0)
+		level++;
+	return level;
+}
+
+/* SIGHUP: keys, limits and the level of the log as they are now. What is wrong with them is logged, and nothing of it
+ * taken. */
+static void reload(struct daemon *daemon)
+{
+	char kept[CONFIG_KEPT_SIZE];
+	struct tw_error error = {0};
+	struct config before = daemon->config;
+	enum tw_status status = config_reload(&daemon->config, daemon->argc, daemon->argv, kept, &error);
+	const struct api_settings settings = api_settings_of(daemon);
+	if (status == TW_OK)
+		status = api_reload(daemon->api, &settings, &error);
+	if (status != TW_OK) {
+		daemon->config = before;
+		log_error("reload", &error);
+		return;
+	}
+	const struct http_limits limits = http_limits_of(&daemon->config);
+	http_set_limits(daemon->http, &limits);
+	raise_file_limit(daemon->config.connections);
+	log_event(LOG_LEVEL_INFO, "reloaded", "restart_for=\"%s\"", kept);
+	log_set_level(parse_log_level(daemon->config.log_level));
+}
+
 static void take_signals(struct daemon *daemon)
 {
 	struct signalfd_siginfo info;
-	while (read(daemon->signals, &info, sizeof info) == (ssize_t)sizeof info)
-		if (info.ssi_signo != SIGCHLD)
+	while (read(daemon->signals, &info, sizeof info) == (ssize_t)sizeof info) {
+		if (info.ssi_signo == SIGHUP)
+			reload(daemon);
+		else if (info.ssi_signo != SIGCHLD)
 			begin_drain(daemon);
+	}
 }
 
 static void sweep(struct daemon *daemon)
@@ -256,7 +320,8 @@ static void run(struct daemon *daemon)
 		take_signals(daemon);
 		go_on_draining(daemon);
 		supervisor_tick(daemon->supervisor);
-		http_tick(daemon->http, supervisor_take_done(daemon->supervisor));
+		if (supervisor_take_done(daemon->supervisor))
+			http_jobs_changed(daemon->http);
 		sweep(daemon);
 		shrink(daemon);
 	}
@@ -273,15 +338,6 @@ static void stop(struct daemon *daemon)
 		close(daemon->signals);
 }
 
-static enum log_level parse_log_level(const char *name)
-{
-	static const char *const names[] = {"error", "warning", "info", "debug"};
-	enum log_level level = LOG_LEVEL_ERROR;
-	while (level < LOG_LEVEL_DEBUG && strcmp(names[level], name) != 0)
-		level++;
-	return level;
-}
-
 static void print_help(void)
 {
 	printf("usage: tightwire serve [flags]\n\nThe HTTP service with its worker processes.\n\n");
@@ -290,11 +346,11 @@ static void print_help(void)
 
 int command_serve(int argc, char **argv)
 {
-	struct daemon daemon = {.signals = -1};
+	struct daemon daemon = {.argc = argc, .argv = argv, .signals = -1};
 	struct tw_error error = {0};
 	enum config_outcome outcome = CONFIG_READY;
 	if (config_read(&daemon.config, argc, argv, &outcome, &error)) {
-		fprintf(stderr, "tightwire serve: %s: %s\n", error.where, error.text);
+		fprintf(stderr, "tightwire serve: %s%s%s\n", error.where, error.where[0] ? ": " : "", error.text);
 		return COMMAND_USAGE;
 	}
 	if (outcome == CONFIG_HELP) {

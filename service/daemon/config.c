@@ -18,34 +18,54 @@ struct setting {
 	int64_t minimum, maximum; /* of an integer */
 	const char *choices;      /* of a choice: "a|b" */
 	const char *help;
+	bool is_live; /* SIGHUP can change it */
 };
 
-#define TEXT(field, fallback, help) SETTING_TEXT, offsetof(struct config, field), fallback, 0, 0, NULL, help
-#define INTEGER(field, fallback, minimum, maximum, help)                                                               \
-	SETTING_INTEGER, offsetof(struct config, field), fallback, minimum, maximum, NULL, help
+#define FIXED(field, kind, fallback, minimum, maximum, choices, help)                                                  \
+	kind, offsetof(struct config, field), fallback, minimum, maximum, choices, help, false
+#define LIVE(field, kind, fallback, minimum, maximum, choices, help)                                                   \
+	kind, offsetof(struct config, field), fallback, minimum, maximum, choices, help, true
+#define TEXT(when, field, fallback, help) when(field, SETTING_TEXT, fallback, 0, 0, NULL, help)
+#define INTEGER(when, field, fallback, minimum, maximum, help)                                                         \
+	when(field, SETTING_INTEGER, fallback, minimum, maximum, NULL, help)
+#define CHOICE(when, field, fallback, choices, help) when(field, SETTING_CHOICE, fallback, 0, 0, choices, help)
 
 static const struct setting settings[] = {
-	{"listen", TEXT(listen, "127.0.0.1:8080", "address and port; port 0 takes a free one")},
-	{"store", TEXT(store, "sqlite:tightwire.db",
+	{"listen", TEXT(FIXED, listen, "127.0.0.1:8080", "address and port; port 0 takes a free one")},
+	{"store", TEXT(FIXED, store, "sqlite:tightwire.db",
 		       "URL of the store; limits may follow the path, ?limit_bytes=N&reserve_bytes=N")},
-	{"workers", INTEGER(workers, "2", 0, 256, "worker processes")},
-	{"worker-threads", INTEGER(worker_threads, "1", 1, 256, "threads of one computation; never changes a result")},
+	{"workers", INTEGER(FIXED, workers, "2", 0, 256, "worker processes")},
+	{"worker-threads",
+	 INTEGER(FIXED, worker_threads, "1", 1, 256, "threads of one computation; never changes a result")},
 	{"worker-memory-mib",
-	 INTEGER(worker_memory_mib, "4096", 0, 1 << 24, "memory that one job may take in MiB; 0: no limit")},
+	 INTEGER(FIXED, worker_memory_mib, "4096", 0, 1 << 24, "memory that one job may take in MiB; 0: no limit")},
 	{"lease-s",
-	 INTEGER(lease_s, "15", 1, 3600, "how long after a worker's last sign of life its job goes to another")},
-	{"key-file", TEXT(key_file, "", "file of API keys; needed to listen beyond this machine")},
-	{"cors-origin", TEXT(cors_origin, "", "web origin that browsers may call from, or *; empty for none")},
+	 INTEGER(FIXED, lease_s, "15", 1, 3600, "how long after a worker's last sign of life its job goes to another")},
+	{"key-file",
+	 TEXT(FIXED, key_file, "", "file of API keys, read again on SIGHUP; needed to listen beyond this machine")},
+	{"cors-origin", TEXT(LIVE, cors_origin, "", "web origin that browsers may call from, or *; empty for none")},
+	{"host-names", TEXT(LIVE, host_names, "",
+			    "names besides localhost, with commas, that Host may say of a service without keys")},
 	{"upload-limit-mib",
-	 INTEGER(upload_limit_mib, "4096", 1, TW_LIMIT_UPLOAD_BYTES >> 20, "largest upload in MiB")},
-	{"wait-limit-s", INTEGER(wait_limit_s, "60", 0, 600, "longest \"Prefer: wait\" that is honoured")},
-	{"http-threads", INTEGER(http_threads, "4", 1, 64, "threads that serve connections")},
-	{"connections", INTEGER(connections, "1024", 4, 65536, "connections at once")},
-	{"idle-timeout-s",
-	 INTEGER(idle_timeout_s, "30", 1, 3600, "a connection that sends no request for so long is closed")},
-	{"drain-s", INTEGER(drain_s, "30", 1, 3600, "after SIGTERM, time for requests and jobs to end")},
-	{"log-level", SETTING_CHOICE, offsetof(struct config, log_level), "info", 0, 0, "error|warning|info|debug",
-	 "what is logged"},
+	 INTEGER(LIVE, upload_limit_mib, "4096", 1, TW_LIMIT_UPLOAD_BYTES >> 20, "largest upload in MiB")},
+	{"wait-limit-s", INTEGER(LIVE, wait_limit_s, "60", 0, 600, "longest \"Prefer: wait\" that is honoured")},
+	{"http-threads",
+	 INTEGER(FIXED, http_threads, "4", 1, 64, "threads that handle requests, beside the one that reads heads")},
+	{"connections", INTEGER(LIVE, connections, "1024", 4, 65536, "connections at once")},
+	{"connections-per-address",
+	 INTEGER(LIVE, connections_per_address, "512", 1, 65536, "of these, by one client address (IPv6: /64)")},
+	{"held-requests", INTEGER(LIVE, held_requests, "512", 0, 65536,
+				  "requests with \"Prefer: wait\", and streams of events, that wait at once")},
+	{"idle-timeout-s", INTEGER(LIVE, idle_timeout_s, "30", 1, 3600,
+				   "a connection that sends no request, or stalls, for so long is closed")},
+	{"head-timeout-s",
+	 INTEGER(LIVE, head_timeout_s, "10", 1, 3600, "for the head of a request, from its first byte")},
+	{"request-timeout-s",
+	 INTEGER(LIVE, request_timeout_s, "3600", 1, 86400, "for a request with its body, from its first byte")},
+	{"least-rate-bytes-s", INTEGER(LIVE, least_rate_bytes_s, "1024", 0, 1 << 30,
+				       "that a client must send or take on the average, after 5 s of waiting for it")},
+	{"drain-s", INTEGER(LIVE, drain_s, "30", 1, 3600, "after SIGTERM, time for requests and jobs to end")},
+	{"log-level", CHOICE(LIVE, log_level, "info", "error|warning|info|debug", "what is logged")},
 };
 #define SETTING_COUNT (sizeof settings / sizeof settings[0])
 
@@ -108,10 +128,14 @@ static enum tw_status refuse_name(const char *what, const char *given, const cha
 	size_t count = 0;
 	for (size_t i = 0; i < SETTING_COUNT; i++)
 		names[count++] = settings[i].name;
+	char flags[SETTING_COUNT][32];
+	for (size_t i = 0; is_flag && i < SETTING_COUNT; i++) {
+		snprintf(flags[i], sizeof flags[i], "--%s", settings[i].name);
+		names[i] = flags[i];
+	}
 	if (is_flag) {
-		names[count++] = "config";
-		names[count++] = "help";
-		given += 2;
+		names[count++] = "--config";
+		names[count++] = "--help";
 	}
 	snprintf(name, sizeof name, "%.*s", (int)strcspn(given, "="), given);
 	return names_refuse(&(struct names){names, count}, what, name, type, where, error);
@@ -262,18 +286,54 @@ enum tw_status config_read(struct config *config, int argc, char **argv, enum co
 	return status ? status : read_flags(config, argc, argv, &file, outcome, error);
 }
 
+static bool is_equal(const struct setting *setting, const struct config *a, const struct config *b)
+{
+	const char *p = (const char *)a + setting->offset, *q = (const char *)b + setting->offset;
+	return setting->kind == SETTING_INTEGER ? !memcmp(p, q, sizeof(int64_t)) : !strcmp(p, q);
+}
+
+static void copy(const struct setting *setting, struct config *to, const struct config *from)
+{
+	size_t size = setting->kind == SETTING_INTEGER ? sizeof(int64_t) : CONFIG_TEXT_SIZE;
+	memcpy((char *)to + setting->offset, (const char *)from + setting->offset, size);
+}
+
+enum tw_status config_reload(struct config *config, int argc, char **argv, char kept[CONFIG_KEPT_SIZE],
+			     struct tw_error *error)
+{
+	struct config *fresh = calloc(1, sizeof *fresh);
+	enum config_outcome outcome = CONFIG_READY;
+	size_t used = 0;
+	kept[0] = 0;
+	if (!fresh)
+		return tw_fail_memory(error);
+	enum tw_status status = config_read(fresh, argc, argv, &outcome, error);
+	for (size_t i = 0; status == TW_OK && i < SETTING_COUNT; i++) {
+		const struct setting *s = &settings[i];
+		if (s->is_live)
+			copy(s, config, fresh);
+		else if (!is_equal(s, config, fresh) && used < CONFIG_KEPT_SIZE)
+			used += (size_t)snprintf(kept + used, CONFIG_KEPT_SIZE - used, "%s%s", used ? ", " : "",
+						 s->name);
+	}
+	free(fresh);
+	return status;
+}
+
 void config_print_help(FILE *out)
 {
-	fprintf(out, "  --%-18s %s\n", "config FILE", "read settings from a file of lines NAME = VALUE");
+	fprintf(out, "  --%-23s %s\n", "config FILE", "read settings from a file of lines NAME = VALUE");
 	for (size_t i = 0; i < SETTING_COUNT; i++) {
 		const struct setting *s = &settings[i];
-		fprintf(out, "  --%-18s %s (", s->name, s->help);
+		fprintf(out, "  --%-23s %s (", s->name, s->help);
 		if (s->kind == SETTING_INTEGER)
 			fprintf(out, "%lld to %lld, ", (long long)s->minimum, (long long)s->maximum);
 		if (s->kind == SETTING_CHOICE)
 			fprintf(out, "%s, ", s->choices);
-		fprintf(out, "default %s)\n", s->fallback[0] ? s->fallback : "none");
+		fprintf(out, "default %s%s)\n", s->fallback[0] ? s->fallback : "none", s->is_live ? "; reloads" : "");
 	}
+	fprintf(out,
+		"\nSIGHUP reads the settings and the key file again; those that say \"reloads\" change at once.\n");
 	fprintf(out, "\nA flag goes before the environment (TIGHTWIRE_LISTEN=…), that before the file, that before the "
 		     "default.\n");
 }

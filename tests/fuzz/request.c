@@ -79,9 +79,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	char *body = cut_head(text, &head);
 	struct exchange *exchange = body ? exchange_new(api, head.target) : NULL;
 	if (exchange) {
-		struct api_request request = {head.method, find_header, &head};
+		struct api_request request = {.method = head.method, .header = find_header, .context = &head};
 		size_t body_size = body >= text && body <= text + size ? (size_t)(text + size - body) : 0;
 		enum exchange_state state = exchange_headers(exchange, &request);
+		if (state == EXCHANGE_READING)
+			state = exchange_open(exchange);
 		for (size_t at = 0; state == EXCHANGE_READING && at < body_size; at += 64)
 			state = exchange_body(exchange, body + at, body_size - at < 64 ? body_size - at : 64);
 		if (state == EXCHANGE_READING)

@@ -68,7 +68,7 @@ test('a wrong method is 405 with Allow; an unknown one is 501', async () => {
   const answer = await refuses(service.request('PUT', '/v1/meshes'), 405, 'method-not-allowed');
   assert.equal(answer.headers.get('allow'), 'GET, HEAD, POST, OPTIONS');
   await refuses(service.request('DELETE', '/livez'), 405, 'method-not-allowed');
-  assert.match(await raw('BREW /livez HTTP/1.1\r\nHost: x\r\n\r\n'), /^HTTP\/1.1 501 /);
+  assert.match(await raw('BREW /livez HTTP/1.1\r\nHost: localhost\r\n\r\n'), /^HTTP\/1.1 501 /);
 });
 
 test('OPTIONS tells the methods, and what browsers of the allowed origin may send', async () => {
@@ -173,12 +173,16 @@ test('an upload that is empty, of a wrong type or too large', async () => {
 });
 
 test('a body that claims 5 GB is refused before it is sent', async () => {
-  for (const path of ['/v1/meshes', '/v1/meshes/x/motions', '/v1/layouts'])
+  for (const [path, type] of [
+    ['/v1/meshes', 'model/obj'],
+    ['/v1/meshes/x/motions', 'application/octet-stream'],
+    ['/v1/layouts', 'application/json'],
+  ])
     assert.match(
-      await raw(`POST ${path} HTTP/1.1\r\nHost: x\r\nContent-Length: 5368709120\r\n\r\n`),
+      await raw(`POST ${path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: ${type}\r\nContent-Length: 5368709120\r\n\r\n`),
       /^HTTP\/1.1 413 [^]*"type":"urn:tightwire:problem:too-large"/,
     );
-  const back = await raw('POST /v1/meshes HTTP/1.1\r\nHost: x\r\nContent-Length: 99999999999999999999999\r\n\r\n');
+  const back = await raw('POST /v1/meshes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999999999999999\r\n\r\n');
   assert.match(back, /^HTTP\/1.1 (400|413) /);
 });
 
@@ -191,8 +195,8 @@ test('a head that says twice where its body ends is refused, and its connection 
     'Transfer-Encoding: gzip, chunked',
     'Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked',
   ]) {
-    const hidden = 'GET /livez HTTP/1.1\r\nHost: x\r\n\r\n';
-    const back = await raw(`POST /v1/layouts HTTP/1.1\r\nHost: x\r\n${framing}\r\n\r\n${hidden}`);
+    const hidden = 'GET /livez HTTP/1.1\r\nHost: localhost\r\n\r\n';
+    const back = await raw(`POST /v1/layouts HTTP/1.1\r\nHost: localhost\r\n${framing}\r\n\r\n${hidden}`);
     assert.match(back, /^HTTP\/1.1 400 [^]*Connection: close[^]*"urn:tightwire:problem:malformed-header"/, framing);
     assert.equal(back.match(/HTTP\/1.1 /g).length, 1, framing);
   }
@@ -219,7 +223,7 @@ test('a pointer escapes what a member is called', async () => {
 });
 
 test('a client that asks before it sends gets the answer at once', async () => {
-  const expect = 'Host: x\r\nExpect: 100-continue\r\n';
+  const expect = 'Host: localhost\r\nExpect: 100-continue\r\n';
   assert.match(await raw(`POST /v1/meshes HTTP/1.1\r\n${expect}Content-Length: 5368709120\r\n\r\n`), /^HTTP\/1.1 413 /);
   assert.match(await raw(`POST /v1/nothing HTTP/1.1\r\n${expect}Content-Length: 10\r\n\r\n`), /^HTTP\/1.1 404 /);
   assert.match(
@@ -457,9 +461,9 @@ test('rubbish on the socket does no harm', async () => {
     '\0\0\0\0',
     'GET',
     'GET / HTTP/9.9\r\n\r\n',
-    'GET /livez HTTP/1.1\r\nHost: x\r\nBad Header\r\n\r\n',
-    `GET /livez HTTP/1.1\r\nHost: x\r\nX: ${'y'.repeat(100000)}\r\n\r\n`,
-    'POST /v1/fields HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n',
+    'GET /livez HTTP/1.1\r\nHost: localhost\r\nBad Header\r\n\r\n',
+    `GET /livez HTTP/1.1\r\nHost: localhost\r\nX: ${'y'.repeat(100000)}\r\n\r\n`,
+    'POST /v1/fields HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n',
     `GET /${'a'.repeat(100000)} HTTP/1.1\r\n\r\n`,
   ])
     await raw(text);

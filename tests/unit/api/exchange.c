@@ -1,6 +1,7 @@
 /* The api without a socket: requests made on the stack, responses looked at in memory. */
 #include "api/exchange.h"
 
+#include "api/key.h"
 #include "api/route.h"
 #include "storage/resources.h"
 
@@ -15,6 +16,7 @@
 
 struct fixture {
 	char folder[64], url[128];
+	struct api_settings settings;
 	struct api *api;
 	int jobs_added;
 	bool ready;
@@ -42,13 +44,13 @@ static int set_up(void **state)
 	assert_non_null(mkdtemp(f->folder));
 	snprintf(f->url, sizeof f->url, "sqlite:%s/store.db", f->folder);
 	f->ready = true;
-	struct api_settings settings = {
+	f->settings = (struct api_settings){
 		.store_url = f->url,
 		.upload_limit_bytes = 1 << 20,
 		.wait_limit_s = 5,
 		.hooks = {.job_added = count_job, .ready = is_ready, .context = f},
 	};
-	assert_int_equal(api_open(&f->api, &settings, &error), TW_OK);
+	assert_int_equal(api_open(&f->api, &f->settings, &error), TW_OK);
 	*state = f;
 	return 0;
 }
@@ -79,16 +81,18 @@ static const char *find_header(void *context, const char *name)
 	for (size_t i = 0; i < 8 && f->headers[i][0]; i++)
 		if (!strcasecmp(f->headers[i][0], name))
 			return f->headers[i][1];
-	return NULL;
+	return strcasecmp(name, "Content-Type") == 0 ? "application/json" : NULL;
 }
 
 static enum exchange_state drive(struct fixture *f, const char *method, const char *target, const char *body,
 				 size_t size)
 {
-	struct api_request request = {method, find_header, f};
+	struct api_request request = {.method = method, .header = find_header, .context = f};
 	f->exchange = exchange_new(f->api, target);
 	assert_non_null(f->exchange);
 	enum exchange_state state = exchange_headers(f->exchange, &request);
+	if (state == EXCHANGE_READING)
+		state = exchange_open(f->exchange);
 	for (size_t at = 0; state == EXCHANGE_READING && at < size; at += 7)
 		state = exchange_body(f->exchange, body + at, size - at < 7 ? size - at : 7);
 	return state == EXCHANGE_READING ? exchange_end(f->exchange) : state;
@@ -161,10 +165,11 @@ static void the_same_mesh_again_is_no_new_job(void **state)
 static void an_early_refusal_reads_no_body(void **state)
 {
 	struct fixture *f = *state;
-	struct api_request request = {"POST", find_header, f};
+	struct api_request request = {.method = "POST", .header = find_header, .context = f};
 	set_header(f, "Content-Length", "1048577");
 	f->exchange = exchange_new(f->api, "/v1/meshes");
-	assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_ANSWERED);
+	assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_READING);
+	assert_int_equal(exchange_open(f->exchange), EXCHANGE_ANSWERED);
 	assert_int_equal(exchange_body(f->exchange, "more", 4), EXCHANGE_ANSWERED);
 	assert_int_equal(exchange_end(f->exchange), EXCHANGE_ANSWERED);
 	assert_int_equal(exchange_response(f->exchange)->status, 413);
@@ -176,6 +181,7 @@ static void an_upload_above_the_limit_leaves_nothing(void **state)
 	size_t size = (1 << 20) + 1;
 	char *body = malloc(size);
 	memset(body, 'v', size);
+	set_header(f, "Content-Type", "model/obj");
 	assert_int_equal(drive(f, "POST", "/v1/meshes", body, size), EXCHANGE_ANSWERED);
 	assert_int_equal(exchange_response(f->exchange)->status, 413);
 	free(body);
@@ -187,11 +193,16 @@ static void an_upload_above_the_limit_leaves_nothing(void **state)
 static void an_unfinished_exchange_can_be_dropped_at_any_time(void **state)
 {
 	struct fixture *f = *state;
-	struct api_request request = {"POST", find_header, f};
+	struct api_request request = {.method = "POST", .header = find_header, .context = f};
 	f->exchange = exchange_new(f->api, "/v1/meshes");
+	exchange_free(f->exchange);
+	set_header(f, "Content-Type", "model/obj");
+	f->exchange = exchange_new(f->api, "/v1/meshes");
+	assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_READING);
 	exchange_free(f->exchange);
 	f->exchange = exchange_new(f->api, "/v1/meshes");
 	assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_READING);
+	assert_int_equal(exchange_open(f->exchange), EXCHANGE_READING);
 	assert_int_equal(exchange_body(f->exchange, "v 1", 3), EXCHANGE_READING);
 }
 
@@ -201,15 +212,14 @@ static void a_wait_is_held_until_the_job_has_ended(void **state)
 	char path[128];
 	set_header(f, "Prefer", "wait=2");
 	assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), EXCHANGE_HELD);
-	assert_false(exchange_is_due(f->exchange, 0));
-	assert_true(exchange_is_due(f->exchange, INT64_MAX));
+	assert_false(exchange_is_due(f->exchange));
 	struct exchange *held = f->exchange;
 	f->exchange = NULL;
 	ask(f, "GET", "/v1/jobs", NULL);
 	json_t *job = json_array_get(json_object_get(f->json, "items"), 0);
 	snprintf(path, sizeof path, "/v1/jobs/%s/cancel", json_string_value(json_object_get(job, "id")));
 	assert_int_equal(ask(f, "POST", path, NULL), 200);
-	assert_true(exchange_is_due(held, 0));
+	assert_true(exchange_is_due(held));
 	assert_int_equal(exchange_resume(held), EXCHANGE_ANSWERED);
 	assert_int_equal(exchange_response(held)->status, 200);
 	assert_string_equal(response_get_header(exchange_response(held), "Preference-Applied"), "wait=2");
@@ -224,6 +234,150 @@ static void a_wait_is_no_longer_than_the_service_allows(void **state)
 	assert_string_equal(header(f, "Preference-Applied"), "wait=5");
 	assert_int_equal(exchange_resume(f->exchange), EXCHANGE_ANSWERED);
 	assert_int_equal(exchange_response(f->exchange)->status, 202);
+}
+
+static bool never(void *context)
+{
+	(void)context;
+	return false;
+}
+
+/* Its job is accepted all the same: waiting is a preference. */
+static void where_too_many_wait_nobody_else_is_held(void **state)
+{
+	struct fixture *f = *state;
+	struct tw_error error;
+	struct api_settings settings = f->settings;
+	settings.hooks.may_hold = never;
+	set_header(f, "Prefer", "wait=5");
+	assert_int_equal(api_reload(f->api, &settings, &error), TW_OK);
+	assert_int_equal(ask(f, "POST", "/v1/rig/recordings", "{}"), 202);
+	assert_null(header(f, "Preference-Applied"));
+	assert_string_equal(header(f, "Retry-After"), "1");
+	char path[128];
+	snprintf(path, sizeof path, "/v1/jobs/%s/events",
+		 json_string_value(json_object_get(json_object_get(f->json, "job"), "id")));
+	assert_int_equal(ask(f, "GET", path, NULL), 503);
+	assert_string_equal(header(f, "Retry-After"), "1");
+}
+
+static void write_keys(const struct fixture *f, const char *path, char key[KEY_TEXT_SIZE + 7])
+{
+	char plain[KEY_TEXT_SIZE], hash[2 * KEY_HASH_SIZE + 1];
+	(void)f;
+	key_make(plain, hash);
+	snprintf(key, KEY_TEXT_SIZE + 7, "Bearer %s", plain);
+	FILE *file = fopen(path, "w");
+	assert_non_null(file);
+	fprintf(file, "somebody %s\n", hash);
+	fclose(file);
+}
+
+static void a_reload_changes_the_keys_of_what_begins_after_it(void **state)
+{
+	struct fixture *f = *state;
+	struct tw_error error;
+	char path[128], old_key[KEY_TEXT_SIZE + 7], new_key[KEY_TEXT_SIZE + 7];
+	struct api_settings settings = f->settings;
+	snprintf(path, sizeof path, "%s/keys", f->folder);
+	settings.key_file = path;
+	write_keys(f, path, old_key);
+	assert_int_equal(api_reload(f->api, &settings, &error), TW_ERROR_CONFLICT);
+	api_close(f->api);
+	assert_int_equal(api_open(&f->api, &settings, &error), TW_OK);
+	set_header(f, "Authorization", old_key);
+	assert_int_equal(ask(f, "GET", "/v1/jobs", NULL), 200);
+	forget(f);
+	f->exchange = exchange_new(f->api, "/v1/jobs"); /* begun with the old key */
+	struct exchange *begun = f->exchange;
+	f->exchange = NULL;
+	write_keys(f, path, new_key);
+	assert_int_equal(api_reload(f->api, &settings, &error), TW_OK);
+	assert_int_equal(ask(f, "GET", "/v1/jobs", NULL), 401);
+	struct api_request request = {.method = "GET", .header = find_header, .context = f};
+	assert_int_equal(exchange_headers(begun, &request), EXCHANGE_READING);
+	exchange_free(begun);
+	set_header(f, "Authorization", new_key);
+	assert_int_equal(ask(f, "GET", "/v1/jobs", NULL), 200);
+	assert_int_equal(truncate(path, 0), 0);
+	assert_int_equal(api_reload(f->api, &settings, &error), TW_ERROR_INPUT);
+	assert_int_equal(ask(f, "GET", "/v1/jobs", NULL), 200);
+}
+
+static unsigned ask_from(struct fixture *f, const char *host, const char *origin)
+{
+	forget(f);
+	set_header(f, "Origin", origin);
+	if (!origin)
+		f->headers[0][0] = NULL;
+	f->exchange = exchange_new(f->api, "/v1/jobs/x/cancel");
+	struct api_request request = {.method = "POST", .host = host, .header = find_header, .context = f};
+	if (exchange_headers(f->exchange, &request) == EXCHANGE_READING)
+		return 0;
+	return exchange_response(f->exchange)->status;
+}
+
+static void a_page_of_another_origin_cannot_drive_a_service_without_keys(void **state)
+{
+	struct fixture *f = *state;
+	struct tw_error error;
+	static const char *const here[] = {"localhost", "localhost:8080", "LOCALHOST:1", "127.0.0.1:8080",
+					   "127.9.9.9", "[::1]:8080",     "[::1]"};
+	static const char *const elsewhere[] = {"evil.example",
+						"evil.example:8080",
+						"localhost.evil.example",
+						"127.0.0.1.evil.example",
+						"127.evil.example",
+						"10.0.0.1",
+						"[::2]:80",
+						"localhost:80:90",
+						"localhostx",
+						"[::1].evil.example",
+						"studio.local"};
+	for (size_t i = 0; i < sizeof here / sizeof *here; i++) {
+		char origin[64];
+		snprintf(origin, sizeof origin, "http://%s", here[i]);
+		assert_int_equal(ask_from(f, here[i], NULL), 0);
+		assert_int_equal(ask_from(f, here[i], origin), 0);
+		assert_int_equal(ask_from(f, here[i], "https://evil.example"), 403);
+		assert_int_equal(ask_from(f, here[i], "http://localhost:9"), 403);
+		assert_int_equal(ask_from(f, here[i], "null"), 403);
+	}
+	for (size_t i = 0; i < sizeof elsewhere / sizeof *elsewhere; i++)
+		assert_int_equal(ask_from(f, elsewhere[i], NULL), 421);
+	struct api_settings settings = f->settings;
+	settings.host_names = "rack7, studio.local";
+	settings.cors_origin = "https://studio.example";
+	assert_int_equal(api_reload(f->api, &settings, &error), TW_OK);
+	assert_int_equal(ask_from(f, "studio.local:8080", NULL), 0);
+	assert_int_equal(ask_from(f, "studio.locale", NULL), 421);
+	assert_int_equal(ask_from(f, "localhost:8080", "https://studio.example"), 0);
+	assert_int_equal(ask_from(f, "localhost:8080", "https://studio.example.evil"), 403);
+}
+
+/* What a page can send without asking first: no type, text/plain, a form's. */
+static void a_body_needs_a_media_type_that_no_page_may_send(void **state)
+{
+	struct fixture *f = *state;
+	static const char *const simple[] = {"", "text/plain", "text/plain; charset=utf-8",
+					     "application/x-www-form-urlencoded"};
+	for (size_t i = 0; i < sizeof simple / sizeof *simple; i++) {
+		set_header(f, "Content-Type", *simple[i] ? simple[i] : NULL);
+		for (const struct route *r = api_routes; r->method; r++)
+			if (r->body != ROUTE_NO_BODY && r->body != ROUTE_APPEND)
+				assert_int_equal(ask(f, r->method, r->path, "{}"), 415);
+	}
+}
+
+static void a_body_that_is_coded_is_refused(void **state)
+{
+	struct fixture *f = *state;
+	set_header(f, "Content-Encoding", "gzip");
+	for (const struct route *r = api_routes; r->method; r++)
+		if (r->body != ROUTE_NO_BODY)
+			assert_int_equal(ask(f, r->method, r->path, "{}"), 415);
+	set_header(f, "Content-Encoding", "identity");
+	assert_int_equal(ask(f, "POST", "/v1/rig/recordings", "\xEF\xBB\xBF{\"duration_s\":5.0}"), 202);
 }
 
 static void a_service_that_drains_is_alive_and_not_ready(void **state)
@@ -261,6 +415,11 @@ int main(void)
 		CLAIM(an_unfinished_exchange_can_be_dropped_at_any_time),
 		CLAIM(a_wait_is_held_until_the_job_has_ended),
 		CLAIM(a_wait_is_no_longer_than_the_service_allows),
+		CLAIM(where_too_many_wait_nobody_else_is_held),
+		CLAIM(a_reload_changes_the_keys_of_what_begins_after_it),
+		CLAIM(a_page_of_another_origin_cannot_drive_a_service_without_keys),
+		CLAIM(a_body_needs_a_media_type_that_no_page_may_send),
+		CLAIM(a_body_that_is_coded_is_refused),
 		CLAIM(a_service_that_drains_is_alive_and_not_ready),
 		cmocka_unit_test(a_header_of_a_response_cannot_be_split),
 	};

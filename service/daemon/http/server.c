@@ -1,0 +1,560 @@
+/* Loops: a thread with an epoll each, and the connections that it has. A connection belongs to one loop at a time and
+ * moves through the other's inbox. Loop 0 is the front: it has the listening socket and the heads. */
+#include "service/daemon/http/server.h"
+
+#include "service/daemon/http/address.h"
+#include "service/daemon/http/connection.h"
+#include "service/log.h"
+
+#include <errno.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#define EVENTS_AT_ONCE 64
+#define ACCEPTS_AT_ONCE 64
+#define TICK_MS 200      /* between looks at the time of connections */
+#define LOOK_MS 50       /* between looks for jobs that ended in a worker which is not ours, while somebody waits */
+#define LOOK_ALL_MS 1000 /* between looks at all who wait, changed or not: a job may have been deleted */
+
+struct client {
+	struct http_connection *connection; /* owned */
+	struct client *next, *previous;
+	struct loop *loop; /* whose it is */
+	uint64_t address;
+	unsigned events; /* as epoll knows them */
+	bool is_dead;    /* to be freed when the events at hand have been seen to */
+};
+
+struct loop {
+	struct http_server *server;
+	pthread_t thread;
+	bool is_running;
+	int epoll, wake; /* wake: an eventfd */
+	struct client *clients, *dead;
+	unsigned excused_count; /* front: of its clients, those beyond the limits */
+	int64_t next_tick_ms, next_look_ms, next_look_all_ms;
+	int64_t change;   /* of the store, seen last */
+	atomic_uint load; /* clients, for whoever chooses a loop */
+	atomic_bool jobs_changed;
+	pthread_mutex_t lock;
+	struct client *inbox; /* guarded by `lock` */
+	char scratch[CONNECTION_SCRATCH];
+};
+
+struct http_server {
+	struct http_context context;
+	struct address_table *addresses;
+	int socket;
+	bool is_paused; /* front: the listening socket is not looked at, for want of descriptors */
+	atomic_bool stopping;
+	atomic_uint clients;
+	unsigned loop_count; /* the front and the others */
+	struct loop **loops; /* owned */
+};
+
+static const struct tw_error too_many = {
+	.status = TW_ERROR_LIMIT,
+	.type = "too-many-connections",
+	.text = "the service has as many connections as it can serve; try again in a moment",
+};
+static const struct tw_error too_many_of_yours = {
+	.status = TW_ERROR_LIMIT,
+	.type = "too-many-of-one-address",
+	.text = "your address has too many connections; close some, or use one for several requests",
+};
+
+static int64_t now_ms(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static bool is_front(const struct loop *loop)
+{
+	return loop == loop->server->loops[0];
+}
+
+/* --- clients of a loop ----------------------------------------------------------------------------------------------
+ */
+
+static void link_client(struct loop *loop, struct client *client)
+{
+	client->loop = loop;
+	client->previous = NULL;
+	client->next = loop->clients;
+	if (client->next)
+		client->next->previous = client;
+	loop->clients = client;
+	loop->excused_count += client->connection->excuse != NULL;
+}
+
+static void unlink_client(struct loop *loop, struct client *client)
+{
+	if (client->next)
+		client->next->previous = client->previous;
+	if (client->previous)
+		client->previous->next = client->next;
+	else
+		loop->clients = client->next;
+	loop->excused_count -= client->connection->excuse != NULL;
+}
+
+static void wake(struct loop *loop)
+{
+	/* A full counter wakes too. */
+	if (write(loop->wake, &(uint64_t){1}, sizeof(uint64_t)) < 0)
+		return;
+}
+
+static void drop(struct loop *loop, struct client *client)
+{
+	struct http_server *server = loop->server;
+	unlink_client(loop, client);
+	epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->connection->socket, NULL);
+	http_connection_free(client->connection);
+	client->connection = NULL;
+	address_remove(server->addresses, client->address);
+	metrics_set_connections(server->context.metrics, atomic_fetch_sub(&server->clients, 1) - 1);
+	atomic_fetch_sub(&loop->load, 1);
+	client->is_dead = true;
+	client->next = loop->dead;
+	loop->dead = client;
+}
+
+static void bury(struct loop *loop)
+{
+	while (loop->dead) {
+		struct client *client = loop->dead;
+		loop->dead = client->next;
+		free(client);
+	}
+}
+
+/* The loop with the fewest clients that may use the store. */
+static struct loop *choose_loop(const struct http_server *server)
+{
+	struct loop *best = server->loops[1];
+	for (unsigned i = 2; i < server->loop_count; i++)
+		if (atomic_load(&server->loops[i]->load) < atomic_load(&best->load))
+			best = server->loops[i];
+	return best;
+}
+
+static void move(struct loop *from, struct loop *to, struct client *client)
+{
+	unlink_client(from, client);
+	epoll_ctl(from->epoll, EPOLL_CTL_DEL, client->connection->socket, NULL);
+	client->events = 0;
+	atomic_fetch_sub(&from->load, 1);
+	atomic_fetch_add(&to->load, 1);
+	pthread_mutex_lock(&to->lock);
+	client->next = to->inbox;
+	to->inbox = client;
+	pthread_mutex_unlock(&to->lock);
+	wake(to);
+}
+
+static bool is_waiting(const struct http_connection *c)
+{
+	return c->phase == CONNECTION_HELD || c->phase == CONNECTION_STREAMING;
+}
+
+/* Tells epoll what the connection waits for. */
+static void listen_to(struct loop *loop, struct client *client)
+{
+	struct http_connection *c = client->connection;
+	struct epoll_event event = {.events = c->events, .data.ptr = client};
+	if (client->events == c->events)
+		return;
+	int code = epoll_ctl(loop->epoll, client->events ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, c->socket, &event);
+	client->events = c->events;
+	if (code)
+		drop(loop, client);
+}
+
+static void obey(struct loop *loop, struct client *client, enum connection_outcome outcome)
+{
+	struct http_server *server = loop->server;
+	struct http_connection *c = client->connection;
+	while (outcome == CONNECTION_IS_IDLE && is_front(loop))
+		outcome = http_connection_run(c, false, loop->scratch, now_ms());
+	switch (outcome) {
+	case CONNECTION_WAITS:
+		if (is_waiting(c) && loop->next_look_ms > now_ms() + LOOK_MS)
+			loop->next_look_ms = now_ms() + LOOK_MS;
+		listen_to(loop, client);
+		return;
+	case CONNECTION_NEEDS_STORE:
+		move(loop, choose_loop(server), client);
+		return;
+	case CONNECTION_IS_IDLE:
+		move(loop, server->loops[0], client);
+		return;
+	case CONNECTION_ENDS:
+		drop(loop, client);
+		return;
+	}
+}
+
+static void run(struct loop *loop, struct client *client)
+{
+	obey(loop, client, http_connection_run(client->connection, !is_front(loop), loop->scratch, now_ms()));
+}
+
+/* --- new connections ------------------------------------------------------------------------------------------------
+ */
+
+/* The client that has been idle for longest, or, with `excused`, the oldest of those beyond the limits. */
+static struct client *find_oldest(const struct loop *loop, bool excused)
+{
+	struct client *oldest = NULL;
+	for (struct client *client = loop->clients; client; client = client->next) {
+		const struct http_connection *c = client->connection;
+		if ((c->excuse != NULL) != excused || (!excused && c->phase != CONNECTION_IDLE))
+			continue;
+		if (!oldest || c->since_ms < oldest->connection->since_ms)
+			oldest = client;
+	}
+	return oldest;
+}
+
+/* Makes room where there is none; NULL, or why the new client is one too many. */
+static const struct tw_error *find_excuse(struct loop *front, unsigned of_address)
+{
+	struct http_server *server = front->server;
+	const struct http_limits *limits = &server->context.limits;
+	unsigned usual = atomic_load(&server->clients) - front->excused_count;
+	if (of_address > atomic_load(&limits->per_address))
+		return &too_many_of_yours;
+	if (usual < atomic_load(&limits->connections))
+		return NULL;
+	struct client *idle = find_oldest(front, false);
+	if (!idle)
+		return &too_many;
+	drop(front, idle);
+	return NULL;
+}
+
+static void welcome(struct loop *front, int socket, const struct sockaddr_storage *address)
+{
+	struct http_server *server = front->server;
+	char peer[CONNECTION_PEER_SIZE];
+	struct client *client = calloc(1, sizeof *client);
+	uint64_t key = address_key(address, peer);
+	if (client)
+		client->connection = http_connection_new(&server->context, socket, peer);
+	if (!client || !client->connection) {
+		free(client);
+		close(socket);
+		return;
+	}
+	client->address = key;
+	client->connection->excuse = find_excuse(front, address_add(server->addresses, key));
+	struct client *oldest =
+		client->connection->excuse && front->excused_count >= HTTP_RESERVE ? find_oldest(front, true) : NULL;
+	if (oldest)
+		drop(front, oldest);
+	metrics_set_connections(server->context.metrics, atomic_fetch_add(&server->clients, 1) + 1);
+	atomic_fetch_add(&front->load, 1);
+	link_client(front, client);
+	run(front, client);
+}
+
+static void pause_listening(struct http_server *server, bool pause)
+{
+	struct epoll_event event = {.events = EPOLLIN, .data.ptr = server};
+	server->is_paused = pause;
+	epoll_ctl(server->loops[0]->epoll, pause ? EPOLL_CTL_DEL : EPOLL_CTL_ADD, server->socket, &event);
+}
+
+/* Answers go out at once, and a client whose machine went away without a word is found out. */
+static void tune(int socket)
+{
+	const struct {
+		int level, name, value;
+	} options[] = {
+		{IPPROTO_TCP, TCP_NODELAY, 1},    {SOL_SOCKET, SO_KEEPALIVE, 1}, {IPPROTO_TCP, TCP_KEEPIDLE, 30},
+		{IPPROTO_TCP, TCP_KEEPINTVL, 10}, {IPPROTO_TCP, TCP_KEEPCNT, 3},
+	};
+	for (size_t i = 0; i < sizeof options / sizeof *options; i++)
+		(void)setsockopt(socket, options[i].level, options[i].name, &options[i].value, sizeof(int));
+}
+
+static void accept_some(struct loop *front)
+{
+	struct http_server *server = front->server;
+	for (unsigned i = 0; i < ACCEPTS_AT_ONCE; i++) {
+		struct sockaddr_storage address = {0};
+		socklen_t size = sizeof address;
+		int socket = accept4(server->socket, (struct sockaddr *)&address, &size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+		if (socket >= 0) {
+			tune(socket);
+			welcome(front, socket, &address);
+			continue;
+		}
+		if (errno == ECONNABORTED || errno == EINTR)
+			continue;
+		if (errno == EAGAIN)
+			return;
+		if (!atomic_load(&server->context.draining))
+			log_event(LOG_LEVEL_WARNING, "accept", "text=\"%s\"", strerror(errno));
+		pause_listening(server, true);
+		return;
+	}
+}
+
+/* --- time -----------------------------------------------------------------------------------------------------------
+ */
+
+static void check_time(struct loop *loop, int64_t now)
+{
+	struct client *next = NULL;
+	loop->next_tick_ms = now + TICK_MS;
+	for (struct client *client = loop->clients; client; client = next) {
+		next = client->next;
+		enum connection_outcome outcome = http_connection_check_time(client->connection, loop->scratch, now);
+		if (outcome != CONNECTION_WAITS || client->events != client->connection->events)
+			obey(loop, client, outcome);
+	}
+	if (is_front(loop) && loop->server->is_paused && !atomic_load(&loop->server->context.draining))
+		pause_listening(loop->server, false);
+}
+
+/* Those who wait for a job: whether it has ended. The store is asked once for all of them whether anything has changed.
+ */
+static void look_at_jobs(struct loop *loop, int64_t now)
+{
+	struct client *next = NULL;
+	int64_t change = loop->change;
+	bool is_known = api_change(loop->server->context.api, &change);
+	bool changed = !is_known || change != loop->change || now >= loop->next_look_all_ms;
+	unsigned waiting = 0;
+	loop->change = change;
+	if (now >= loop->next_look_all_ms)
+		loop->next_look_all_ms = now + LOOK_ALL_MS;
+	for (struct client *client = loop->clients; client; client = next) {
+		next = client->next;
+		if (!is_waiting(client->connection))
+			continue;
+		waiting++;
+		enum connection_outcome outcome = http_connection_look(client->connection, changed, loop->scratch, now);
+		if (outcome != CONNECTION_WAITS || client->events != client->connection->events)
+			obey(loop, client, outcome);
+	}
+	loop->next_look_ms = waiting ? now + LOOK_MS : INT64_MAX;
+}
+
+/* --- loops ----------------------------------------------------------------------------------------------------------
+ */
+
+static void empty_inbox(struct loop *loop)
+{
+	pthread_mutex_lock(&loop->lock);
+	struct client *client = loop->inbox;
+	loop->inbox = NULL;
+	pthread_mutex_unlock(&loop->lock);
+	while (client) {
+		struct client *next = client->next;
+		link_client(loop, client);
+		run(loop, client);
+		client = next;
+	}
+}
+
+static void take_event(struct loop *loop, const struct epoll_event *event)
+{
+	uint64_t count = 0;
+	if (event->data.ptr == loop->server) {
+		accept_some(loop);
+	} else if (event->data.ptr == loop) {
+		if (read(loop->wake, &count, sizeof count) < 0)
+			return;
+	} else {
+		struct client *client = event->data.ptr;
+		if (!client->is_dead)
+			run(loop, client);
+	}
+}
+
+static int timeout_of(const struct loop *loop, int64_t now)
+{
+	int64_t until = loop->next_look_ms < loop->next_tick_ms ? loop->next_look_ms : loop->next_tick_ms;
+	return until > now ? (int)(until - now) : 0;
+}
+
+static void *run_loop(void *context)
+{
+	struct loop *loop = context;
+	struct http_server *server = loop->server;
+	struct epoll_event events[EVENTS_AT_ONCE];
+	while (!atomic_load(&server->stopping)) {
+		int count = epoll_wait(loop->epoll, events, EVENTS_AT_ONCE, timeout_of(loop, now_ms()));
+		for (int i = 0; i < count; i++)
+			take_event(loop, &events[i]);
+		bury(loop);
+		empty_inbox(loop);
+		int64_t now = now_ms();
+		bool draining = atomic_load(&server->context.draining);
+		if (!is_front(loop) && (atomic_exchange(&loop->jobs_changed, false) || now >= loop->next_look_ms))
+			look_at_jobs(loop, now);
+		if (now >= loop->next_tick_ms || draining)
+			check_time(loop, now);
+		bury(loop);
+	}
+	/* Here, because what an exchange has begun in the store is this thread's. */
+	while (loop->clients)
+		drop(loop, loop->clients);
+	bury(loop);
+	return NULL;
+}
+
+static enum tw_status open_loop(struct http_server *server, unsigned i, struct tw_error *error)
+{
+	struct loop *loop = calloc(1, sizeof *loop);
+	if (!loop)
+		return tw_fail_memory(error);
+	server->loops[i] = loop;
+	loop->server = server;
+	loop->next_look_ms = INT64_MAX;
+	pthread_mutex_init(&loop->lock, NULL);
+	loop->epoll = epoll_create1(EPOLL_CLOEXEC);
+	loop->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+	struct epoll_event woken = {.events = EPOLLIN, .data.ptr = loop};
+	struct epoll_event newcomers = {.events = EPOLLIN, .data.ptr = server};
+	if (loop->epoll < 0 || loop->wake < 0 || epoll_ctl(loop->epoll, EPOLL_CTL_ADD, loop->wake, &woken) ||
+	    (i == 0 && epoll_ctl(loop->epoll, EPOLL_CTL_ADD, server->socket, &newcomers)))
+		return tw_fail(error, TW_ERROR_IO, "http", NULL, "the HTTP server cannot be started: %s",
+			       strerror(errno));
+	return TW_OK;
+}
+
+static enum tw_status start_loops(struct http_server *server, struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	for (unsigned i = 0; i < server->loop_count && status == TW_OK; i++)
+		status = open_loop(server, i, error);
+	for (unsigned i = 0; i < server->loop_count && status == TW_OK; i++) {
+		struct loop *loop = server->loops[i];
+		loop->is_running = pthread_create(&loop->thread, NULL, run_loop, loop) == 0;
+		if (!loop->is_running)
+			status = tw_fail(error, TW_ERROR_IO, "http", NULL, "no thread for the HTTP server");
+	}
+	return status;
+}
+
+void http_set_limits(struct http_server *server, const struct http_limits *limits)
+{
+	struct http_limits *own = &server->context.limits;
+	atomic_store(&own->connections, atomic_load(&limits->connections));
+	atomic_store(&own->per_address, atomic_load(&limits->per_address));
+	atomic_store(&own->held, atomic_load(&limits->held));
+	atomic_store(&own->idle_s, atomic_load(&limits->idle_s));
+	atomic_store(&own->head_s, atomic_load(&limits->head_s));
+	atomic_store(&own->request_s, atomic_load(&limits->request_s));
+	atomic_store(&own->rate_bytes_s, atomic_load(&limits->rate_bytes_s));
+}
+
+enum tw_status http_start(struct http_server **server, const struct http_settings *settings, struct tw_error *error)
+{
+	*server = NULL;
+	struct http_server *made = calloc(1, sizeof *made);
+	if (!made) {
+		close(settings->socket);
+		return tw_fail_memory(error);
+	}
+	made->socket = settings->socket;
+	made->context.api = settings->api;
+	made->context.metrics = settings->metrics;
+	made->loop_count = 1 + settings->threads;
+	http_set_limits(made, settings->limits);
+	made->addresses = address_table_new();
+	made->loops = calloc(made->loop_count, sizeof *made->loops);
+	enum tw_status status = made->addresses && made->loops ? start_loops(made, error) : tw_fail_memory(error);
+	if (status != TW_OK) {
+		http_stop(made);
+		return status;
+	}
+	*server = made;
+	return TW_OK;
+}
+
+static void wake_all(struct http_server *server)
+{
+	for (unsigned i = 0; i < server->loop_count; i++)
+		wake(server->loops[i]);
+}
+
+void http_jobs_changed(struct http_server *server)
+{
+	if (!atomic_load(&server->context.held))
+		return;
+	for (unsigned i = 1; i < server->loop_count; i++)
+		atomic_store(&server->loops[i]->jobs_changed, true);
+	wake_all(server);
+}
+
+bool http_may_hold(const struct http_server *server)
+{
+	return atomic_load(&server->context.held) < atomic_load(&server->context.limits.held);
+}
+
+void http_drain(struct http_server *server)
+{
+	atomic_store(&server->context.draining, true);
+	epoll_ctl(server->loops[0]->epoll, EPOLL_CTL_DEL, server->socket, NULL);
+	shutdown(server->socket, SHUT_RDWR);
+	for (unsigned i = 0; i < server->loop_count; i++)
+		atomic_store(&server->loops[i]->jobs_changed, true);
+	wake_all(server);
+}
+
+unsigned http_active(const struct http_server *server)
+{
+	return server ? atomic_load(&server->context.active) : 0;
+}
+
+static void close_loop(struct loop *loop)
+{
+	while (loop->inbox) { /* whoever was on the move has nothing in the store */
+		struct client *client = loop->inbox;
+		loop->inbox = client->next;
+		link_client(loop, client);
+		drop(loop, client);
+	}
+	bury(loop);
+	if (loop->epoll >= 0)
+		close(loop->epoll);
+	if (loop->wake >= 0)
+		close(loop->wake);
+	pthread_mutex_destroy(&loop->lock);
+	free(loop);
+}
+
+void http_stop(struct http_server *server)
+{
+	if (!server)
+		return;
+	atomic_store(&server->stopping, true);
+	for (unsigned i = 0; server->loops && i < server->loop_count; i++) {
+		if (!server->loops[i] || !server->loops[i]->is_running)
+			continue;
+		wake(server->loops[i]);
+		pthread_join(server->loops[i]->thread, NULL);
+	}
+	for (unsigned i = 0; server->loops && i < server->loop_count; i++)
+		if (server->loops[i])
+			close_loop(server->loops[i]);
+	close(server->socket);
+	address_table_free(server->addresses);
+	free(server->loops);
+	free(server);
+}
