@@ -1,5 +1,5 @@
-/* The design rules of wires (method 6), and where a layout breaks them. Whatever smoothing could not keep is named here,
- * with its place and its size; nothing is broken silently. */
+/* The design rules of wires (method 6), and where a layout breaks them. Whatever smoothing could not keep is named
+ * here, with its place and its size; nothing is broken silently. */
 #ifndef SOLVER_LAYOUT_RULES_H
 #define SOLVER_LAYOUT_RULES_H
 

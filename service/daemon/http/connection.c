@@ -295,7 +295,7 @@ static bool hold(struct http_connection *c, struct turn *turn)
 	enter(c, CONNECTION_HELD, turn->now_ms);
 	set_held(c, true);
 	c->events = EPOLLRDHUP;
-	return stop(turn, CONNECTION_WAITS);
+	return stop(turn, CONNECTION_IS_HELD);
 }
 
 static bool end_body(struct http_connection *c, struct turn *turn)

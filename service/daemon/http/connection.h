@@ -79,6 +79,7 @@ struct http_connection {
 enum connection_outcome {
 	CONNECTION_WAITS,       /* for `events` */
 	CONNECTION_NEEDS_STORE, /* phase OPENING: go on where the store may be used */
+	CONNECTION_IS_HELD,     /* phase HELD: go on where nobody waits for the store's writer */
 	CONNECTION_IS_IDLE,     /* go on where heads are read */
 	CONNECTION_ENDS,        /* close */
 };

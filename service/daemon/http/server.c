@@ -1,5 +1,6 @@
 /* Loops: a thread with an epoll each, and the connections that it has. A connection belongs to one loop at a time and
- * moves through the other's inbox. Loop 0 is the front: it has the listening socket and the heads. */
+ * moves through the other's inbox. Loop 0 is the front: it has the listening socket and the heads. Then come the
+ * readers, then the writers. */
 #include "service/daemon/http/server.h"
 
 #include "service/daemon/http/address.h"
@@ -18,6 +19,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#define WRITERS 16 /* threads that may wait for the store's writer, and for the disk, at once */
 #define EVENTS_AT_ONCE 64
 #define ACCEPTS_AT_ONCE 64
 #define TICK_MS 200      /* between looks at the time of connections */
@@ -56,8 +58,8 @@ struct http_server {
 	bool is_paused; /* front: the listening socket is not looked at, for want of descriptors */
 	atomic_bool stopping;
 	atomic_uint clients;
-	unsigned loop_count; /* the front and the others */
-	struct loop **loops; /* owned */
+	unsigned readers, loop_count; /* loop_count: the front, readers, and WRITERS */
+	struct loop **loops;          /* owned */
 };
 
 static const struct tw_error too_many = {
@@ -139,11 +141,22 @@ static void bury(struct loop *loop)
 	}
 }
 
-/* The loop with the fewest clients that may use the store. */
-static struct loop *choose_loop(const struct http_server *server)
+static bool is_writer(const struct loop *loop)
 {
-	struct loop *best = server->loops[1];
-	for (unsigned i = 2; i < server->loop_count; i++)
+	const struct http_server *server = loop->server;
+	for (unsigned i = 1 + server->readers; i < server->loop_count; i++)
+		if (server->loops[i] == loop)
+			return true;
+	return false;
+}
+
+/* The reader, or the writer, with the fewest clients. */
+static struct loop *choose_loop(const struct http_server *server, bool writes)
+{
+	unsigned first = writes ? 1 + server->readers : 1;
+	unsigned end = writes ? server->loop_count : 1 + server->readers;
+	struct loop *best = server->loops[first];
+	for (unsigned i = first + 1; i < end; i++)
 		if (atomic_load(&server->loops[i]->load) < atomic_load(&best->load))
 			best = server->loops[i];
 	return best;
@@ -181,6 +194,13 @@ static void listen_to(struct loop *loop, struct client *client)
 		drop(loop, client);
 }
 
+static void wait_for(struct loop *loop, struct client *client)
+{
+	if (is_waiting(client->connection) && loop->next_look_ms > now_ms() + LOOK_MS)
+		loop->next_look_ms = now_ms() + LOOK_MS;
+	listen_to(loop, client);
+}
+
 static void obey(struct loop *loop, struct client *client, enum connection_outcome outcome)
 {
 	struct http_server *server = loop->server;
@@ -189,12 +209,16 @@ static void obey(struct loop *loop, struct client *client, enum connection_outco
 		outcome = http_connection_run(c, false, loop->scratch, now_ms());
 	switch (outcome) {
 	case CONNECTION_WAITS:
-		if (is_waiting(c) && loop->next_look_ms > now_ms() + LOOK_MS)
-			loop->next_look_ms = now_ms() + LOOK_MS;
-		listen_to(loop, client);
+		wait_for(loop, client);
 		return;
 	case CONNECTION_NEEDS_STORE:
-		move(loop, choose_loop(server), client);
+		move(loop, choose_loop(server, exchange_may_wait(c->exchange)), client);
+		return;
+	case CONNECTION_IS_HELD:
+		if (is_writer(loop))
+			move(loop, choose_loop(server, false), client);
+		else
+			wait_for(loop, client);
 		return;
 	case CONNECTION_IS_IDLE:
 		move(loop, server->loops[0], client);
@@ -365,7 +389,10 @@ static void empty_inbox(struct loop *loop)
 	while (client) {
 		struct client *next = client->next;
 		link_client(loop, client);
-		run(loop, client);
+		if (is_waiting(client->connection))
+			wait_for(loop, client);
+		else
+			run(loop, client);
 		client = next;
 	}
 }
@@ -474,7 +501,8 @@ enum tw_status http_start(struct http_server **server, const struct http_setting
 	made->socket = settings->socket;
 	made->context.api = settings->api;
 	made->context.metrics = settings->metrics;
-	made->loop_count = 1 + settings->threads;
+	made->readers = settings->threads;
+	made->loop_count = 1 + made->readers + WRITERS;
 	http_set_limits(made, settings->limits);
 	made->addresses = address_table_new();
 	made->loops = calloc(made->loop_count, sizeof *made->loops);
@@ -497,9 +525,10 @@ void http_jobs_changed(struct http_server *server)
 {
 	if (!atomic_load(&server->context.held))
 		return;
-	for (unsigned i = 1; i < server->loop_count; i++)
+	for (unsigned i = 1; i <= server->readers; i++) {
 		atomic_store(&server->loops[i]->jobs_changed, true);
-	wake_all(server);
+		wake(server->loops[i]);
+	}
 }
 
 bool http_may_hold(const struct http_server *server)
