@@ -59,7 +59,7 @@ flags.solver/field/strip.c := $(flags.solver/field/strain.c)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all help deps deps-lint deps-test demo test test-unit test-http bench bench-stream bench-steiner lint format format-check fuzz install clean
+.PHONY: all help deps deps-lint deps-test demo test test-unit test-http soak bench bench-stream bench-steiner lint format format-check fuzz install clean
 
 all: $(out)/tightwire ## build the one binary (default)
 
@@ -144,6 +144,10 @@ test-http: ## only the HTTP, contract and process tests
 	$(Q)$(make_all) config=$(test_config) all helper-programs
 	$(Q)$(run_tests) http
 
+soak: deps-test ## kills, a full disk, tricklers, aborts and load, each for seconds=60, or attacks="kills disk" of them
+	$(Q)$(make_all) all
+	$(Q)TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" node tests/soak/soak.mjs $(if $(filter file,$(origin seconds)),60,$(seconds)) $(attacks)
+
 bench: deps-test ## speed and memory on the sample suit, each figure beside its goal
 	$(Q)$(MAKE) --no-print-directory all bench-programs
 	$(Q)DATA="$(DATA)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/bench/run.sh
@@ -188,7 +192,7 @@ build/lint/%.tidy: SHELL := /bin/bash
 
 lint: deps-lint format-check ## layering, formatting, clang-tidy, cppcheck
 	$(Q)sh tests/layering.sh
-	$(Q)$(MAKE) --no-print-directory -k $(tidy_stamps)
+	$(Q)$(make_all) -k $(tidy_stamps)
 	$(Q)cppcheck --quiet --std=c11 --language=c --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
 		--suppress=missingIncludeSystem -I. -D_GNU_SOURCE -DTW_NODISCARD= $(filter %.c,$(call sources,$(rooms)))
 	@echo "lint: clean"

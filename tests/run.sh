@@ -1,5 +1,5 @@
 #!/bin/sh
-# run.sh [unit|http]: runs the C tests (cmocka) and the HTTP, contract and process tests (Node's test runner), each to
+# run.sh [unit|http]: runs the C tests (cmocka) and the HTTP, contract, process and short soak tests (Node's test runner), each to
 # its end, and closes with one line that counts them. Exit 1 when a test failed, or when none ran.
 #   BUILD      folder of the built programs        TIGHTWIRE  the binary
 #   DATA       real suits, INSTANCES Steiner instances; tests that need them are skipped where they are not
@@ -51,7 +51,7 @@ run_unit() {
 
 run_http() {
 	log="$logs/http.tap"
-	node --test --test-reporter=tap tests/http/*.test.mjs >"$log" 2>&1
+	node --test --test-reporter=tap tests/http/*.test.mjs tests/soak/*.test.mjs >"$log" 2>&1
 	code=$?
 	ok=$(sed -n 's/^# pass //p' "$log"); bad=$(sed -n 's/^# fail //p' "$log"); skip=$(sed -n 's/^# skipped //p' "$log")
 	cancelled=$(sed -n 's/^# cancelled //p' "$log")
