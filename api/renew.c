@@ -104,12 +104,36 @@ static enum tw_status renew_field(struct api_call *call, char id[STORE_ID_SIZE],
 	return status;
 }
 
-/* The old request with the new field in it, if this release still understands it. */
-static enum tw_status renew_request(const char *old, const char *field, char **request, struct tw_error *error)
+/* From this layout version on the numbers of a request are the uploaded file's; before, those of the mesh that welding
+ * and refinement made of it, which nobody can tell from the request. */
+enum { NUMBERS_OF_THE_FILE = 2 };
+
+static enum tw_status check_numbers(struct api_call *call, const struct resource *old, const char *field,
+				    const struct layout_request *request, struct tw_error *error)
+{
+	char mesh[STORE_ID_SIZE];
+	struct blob blob;
+	if (old->version >= NUMBERS_OF_THE_FILE || !layout_request_has_numbers(request))
+		return TW_OK;
+	enum tw_status status = resource_first_need(call, field, RESOURCE_MESH, mesh, error);
+	if (status == TW_OK)
+		status = blob_find(call->store, mesh, BLOB_ARRAY, "source_vertex", &blob, error);
+	if (status == TW_OK)
+		return tw_fail(
+			error, TW_ERROR_CONFLICT, "numbers-have-changed", NULL,
+			"this layout counts the vertices or faces of a welded or refined mesh; since then numbers "
+			"are those of the uploaded file, and its terminals would move: ask for it anew with "
+			"POST /v1/layouts");
+	return status == TW_ERROR_NOT_FOUND ? TW_OK : status;
+}
+
+/* The old request with the new field in it, if this release still understands it as it was meant. */
+static enum tw_status renew_request(struct api_call *call, const struct resource *old, const char *field,
+				    char **request, struct tw_error *error)
 {
 	struct layout_request parsed = {0};
 	json_t *json = NULL;
-	enum tw_status status = option_json_parse(&json, old, strlen(old), error);
+	enum tw_status status = option_json_parse(&json, old->options, strlen(old->options), error);
 	if (status != TW_OK)
 		return status;
 	int failed = json_object_set_new(json, "field", json_string(field));
@@ -118,6 +142,8 @@ static enum tw_status renew_request(const char *old, const char *field, char **r
 	if (!*request)
 		return tw_fail_memory(error);
 	status = layout_request_parse(&parsed, *request, strlen(*request), error);
+	if (status == TW_OK)
+		status = check_numbers(call, old, field, &parsed, error);
 	layout_request_clear(&parsed);
 	return status;
 }
@@ -137,7 +163,7 @@ static enum tw_status renew(struct api_call *call, const struct resource *old, s
 	if (status == TW_OK)
 		status = renew_field(call, field, error);
 	if (status == TW_OK)
-		status = renew_request(old->options, field, &request, error);
+		status = renew_request(call, old, field, &request, error);
 	if (status == TW_OK) {
 		print_key(old->id, key);
 		const struct resource_draft draft = {

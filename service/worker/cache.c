@@ -1,6 +1,7 @@
 /* Garments and fields from the store into memory, the last of each kept. */
 #include "service/worker/cache.h"
 
+#include "service/worker/mesh_upload.h"
 #include "storage/blob.h"
 #include "storage/resources.h"
 
@@ -144,6 +145,9 @@ static enum tw_status load_mesh(struct cache *cache, struct store *store, const 
 		status = cache_read_arrays(cache->mesh_arena, store, id, &arrays, &count, error);
 	if (status == TW_OK)
 		status = garment_from_arrays(&mesh->garment, cache->mesh_arena, arrays, count, error);
+	if (status != TW_OK && error->type && !strcmp(error->type, "garment-outdated"))
+		status = mesh_upload_complete(&mesh->garment, cache->mesh_arena, store, id, &mesh->options, arrays,
+					      count, error);
 	if (status == TW_OK)
 		status = topology_build(&mesh->topology, cache->mesh_arena, &mesh->garment, error);
 	snprintf(mesh->id, sizeof mesh->id, "%s", id);

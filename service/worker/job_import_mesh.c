@@ -1,30 +1,6 @@
 /* The job that makes a mesh: the uploads into a checked garment. */
+#include "service/worker/mesh_upload.h"
 #include "service/worker/work.h"
-#include "solver/garment/import.h"
-#include "storage/blob.h"
-
-#include <string.h>
-
-/* A whole upload in the arena. TW_ERROR_NOT_FOUND where there is no such part. */
-static enum tw_status read_upload(struct work *work, const char *part, struct garment_source *source,
-				  struct tw_error *error)
-{
-	struct blob blob;
-	size_t got = 0;
-	enum tw_status status = blob_find(work->store, work->resource->id, BLOB_UPLOAD, part, &blob, error);
-	if (status != TW_OK)
-		return status;
-	char *name = ARENA_ARRAY(work->arena, sizeof blob.file_name, char);
-	char *bytes = ARENA_ARRAY(work->arena, (size_t)blob.size, char);
-	if (!name || !bytes)
-		return tw_fail(error, TW_ERROR_LIMIT, "mesh-too-large", NULL,
-			       "the file of %llu bytes does not fit into the worker's memory limit",
-			       (unsigned long long)blob.size);
-	memcpy(name, blob.file_name, sizeof blob.file_name);
-	status = blob_read(work->store, blob.number, 0, bytes, (size_t)blob.size, &got, error);
-	*source = (struct garment_source){bytes, got, MESH_SNIFF, name[0] ? name : NULL};
-	return status;
-}
 
 static json_t *number_list(const double *values, size_t count)
 {
@@ -64,8 +40,7 @@ static json_t *show_garment(const struct garment *garment, const struct garment_
 			 warning_list_show(&report->warnings));
 }
 
-static enum tw_status import(struct work *work, const struct garment_source *worn, const struct garment_source *pattern,
-			     struct tw_error *error)
+static enum tw_status import(struct work *work, const struct mesh_upload *upload, struct tw_error *error)
 {
 	struct import_options options;
 	struct garment garment;
@@ -75,7 +50,8 @@ static enum tw_status import(struct work *work, const struct garment_source *wor
 	if (status == TW_OK)
 		status = work_step(work, 0.2, "checking", error);
 	if (status == TW_OK)
-		status = garment_import(&garment, work->arena, worn, pattern, &options, &report, error);
+		status = garment_import(&garment, work->arena, &upload->worn,
+					upload->has_pattern ? &upload->pattern : NULL, &options, &report, error);
 	if (status == TW_OK)
 		status = topology_build(&topology, work->arena, &garment, error);
 	if (status != TW_OK)
@@ -90,15 +66,9 @@ static enum tw_status import(struct work *work, const struct garment_source *wor
 
 enum tw_status job_import_mesh(struct work *work, struct tw_error *error)
 {
-	struct garment_source worn;
-	struct garment_source pattern;
+	struct mesh_upload upload;
 	enum tw_status status = work_step(work, 0, "reading", error);
 	if (status == TW_OK)
-		status = read_upload(work, "worn", &worn, error);
-	if (status != TW_OK)
-		return status;
-	status = read_upload(work, "pattern", &pattern, error);
-	if (status != TW_OK && status != TW_ERROR_NOT_FOUND)
-		return status;
-	return import(work, &worn, status == TW_OK ? &pattern : NULL, error);
+		status = mesh_upload_read(&upload, work->arena, work->store, work->resource->id, error);
+	return status == TW_OK ? import(work, &upload, error) : status;
 }

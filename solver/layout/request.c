@@ -225,6 +225,24 @@ enum tw_status layout_request_parse(struct layout_request *request, const char *
 	return status;
 }
 
+static bool any_by_faces(const struct face_region *regions, uint32_t count)
+{
+	for (uint32_t i = 0; i < count; i++)
+		if (regions[i].face_count > 0)
+			return true;
+	return false;
+}
+
+bool layout_request_has_numbers(const struct layout_request *request)
+{
+	const struct layout_constraints *constraints = &request->constraints;
+	for (uint32_t i = 0; i < request->terminal_count; i++)
+		if (request->terminals[i].kind == TERMINAL_VERTEX || request->terminals[i].kind == TERMINAL_FACE)
+			return true;
+	return constraints->free_edge_count > 0 || any_by_faces(constraints->keep_out, constraints->keep_out_count) ||
+	       any_by_faces(constraints->multiplier, constraints->multiplier_count);
+}
+
 void layout_request_clear(struct layout_request *request)
 {
 	for (uint32_t i = 0; i < request->terminal_count; i++) {

@@ -19,6 +19,8 @@
 #include "solver/layout/options.h"
 #include "tightwire.h"
 
+#include <stdbool.h>
+
 /* The four ways to say where a terminal is. */
 enum terminal_kind { TERMINAL_VERTEX, TERMINAL_FACE, TERMINAL_POINT, TERMINAL_PATTERN };
 
@@ -47,6 +49,9 @@ struct layout_request {
  * "json-too-large", "too-many-terminals"; TW_ERROR_MEMORY. On failure *request is empty and needs no clearing. */
 enum tw_status layout_request_parse(struct layout_request *request, const char *bytes, size_t size,
 				    struct tw_error *error) TW_NODISCARD;
+
+/* Whether it names vertices, faces or edges by number. */
+bool layout_request_has_numbers(const struct layout_request *request);
 
 /* Frees what the request owns. */
 void layout_request_clear(struct layout_request *request);
