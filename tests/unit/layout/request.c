@@ -136,12 +136,41 @@ static void refuses_more_terminals_than_the_limit(void **state)
 	free(json);
 }
 
+static void knows_whether_it_counts_vertices_faces_or_edges(void **state)
+{
+	(void)state;
+#define PLACE "{\"terminals\":[{\"point_mm\":[1,2,3]}],\"constraints\":"
+	static const struct {
+		const char *json;
+		bool has_numbers;
+	} cases[] = {
+		{ONE("{\"vertex\":1}"), true},
+		{ONE("{\"point_mm\":[1,2,3]},{\"face\":1,\"barycentric\":[0,0,1]}"), true},
+		{ONE("{\"point_mm\":[1,2,3]},{\"piece\":\"front\",\"uv_mm\":[1,2]}"), false},
+		{PLACE "{\"keep_out\":[{\"faces\":[7]}]}}", true},
+		{PLACE "{\"keep_out\":[{\"piece\":\"front\",\"polygon_mm\":[[0,0],[8,0],[0,6]]}]}}", false},
+		{PLACE "{\"face_multipliers\":[{\"faces\":[2],\"factor\":2}]}}", true},
+		{PLACE "{\"free_edges\":[[1,2]]}}", true},
+		{PLACE "{\"seam_price_mpa_mm2\":4}}", false},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		struct layout_request request;
+		struct tw_error error = {0};
+		assert_int_equal(layout_request_parse(&request, cases[i].json, strlen(cases[i].json), &error), TW_OK);
+		assert_int_equal(layout_request_has_numbers(&request), cases[i].has_numbers);
+		layout_request_clear(&request);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(takes_the_four_forms_of_a_terminal),    cmocka_unit_test(refuses_what_is_no_request),
-		cmocka_unit_test(refuses_depth_before_it_recurses),      cmocka_unit_test(refuses_size_before_it_reads),
+		cmocka_unit_test(takes_the_four_forms_of_a_terminal),
+		cmocka_unit_test(refuses_what_is_no_request),
+		cmocka_unit_test(refuses_depth_before_it_recurses),
+		cmocka_unit_test(refuses_size_before_it_reads),
 		cmocka_unit_test(refuses_more_terminals_than_the_limit),
+		cmocka_unit_test(knows_whether_it_counts_vertices_faces_or_edges),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
