@@ -211,6 +211,25 @@ static void a_crash_in_the_middle_leaves_the_old_store(void **state)
 	clear_answers(old.before);
 }
 
+static void a_full_disk_in_the_middle_leaves_the_old_store(void **state)
+{
+	struct fixture *f = *state;
+	struct old old;
+	struct store *store = NULL;
+	char url[256];
+	set_up(f, &old);
+	char *pages = ask_all(old.path, "PRAGMA page_count");
+	snprintf(url, sizeof url, "%s?limit_bytes=%llu", old.url, 8192ull * strtoull(pages, NULL, 10));
+	free(pages);
+	refused(f, store_open(&store, url, &f->error), TW_ERROR_FULL, "store-full");
+	check_text(&old, "PRAGMA user_version", "3|\n");
+	nothing_has_changed(&old);
+	ok(f, store_open(&store, old.url, &f->error));
+	store_close(store);
+	check_text(&old, "PRAGMA user_version", "4|\n");
+	clear_answers(old.before);
+}
+
 /* Daemon and workers of a new release start at the same moment. */
 static void many_processes_may_migrate_it_at_once(void **state)
 {
@@ -317,6 +336,27 @@ static void an_incomplete_result_is_kept(void **state)
 	refused(f, job_cancel(f->store, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT, "job-finished");
 }
 
+static void what_needs_an_incomplete_result_fails(void **state)
+{
+	struct fixture *f = *state;
+	char field[STORE_ID_SIZE], layout[STORE_ID_SIZE];
+	struct resource resource, refused_one;
+	enum resource_outcome outcome;
+	fixture_create(f, RESOURCE_FIELD, NULL, NULL, NULL, field);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, field, NULL, layout);
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, job_finish(f->store, &ticket, &(struct job_result){.incomplete = true}, &f->error));
+	ok(f, resource_get(f->store, RESOURCE_LAYOUT, layout, &resource, &f->error));
+	assert_int_equal(resource.job.state, JOB_FAILED);
+	assert_string_equal(resource.job.failure.type, "dependency-failed");
+	assert_non_null(strstr(resource.job.failure.text, "is incomplete"));
+	resource_clear(&resource);
+	const struct resource_draft draft = {
+		.kind = RESOURCE_LAYOUT, .needs = (const char *const[]){field}, .need_count = 1};
+	refused(f, resource_create(f->store, &draft, &refused_one, &outcome, &f->error), TW_ERROR_CONFLICT,
+		"dependency-failed");
+}
+
 /* A webhook's delivery, say, or a rendering. */
 static void a_job_without_a_resource_runs_like_any_other(void **state)
 {
@@ -349,10 +389,12 @@ int main(void)
 		TEST(a_preset_that_was_yet_to_be_applied_is_written_down),
 		TEST(the_queue_of_an_old_store_goes_on),
 		TEST(a_crash_in_the_middle_leaves_the_old_store),
+		TEST(a_full_disk_in_the_middle_leaves_the_old_store),
 		TEST(many_processes_may_migrate_it_at_once),
 		TEST(tenants_share_neither_addresses_nor_keys),
 		TEST(the_fingerprint_of_a_request_knows_no_version),
 		TEST(an_incomplete_result_is_kept),
+		TEST(what_needs_an_incomplete_result_fails),
 		TEST(a_job_without_a_resource_runs_like_any_other),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
