@@ -1,7 +1,9 @@
 /* The queue's promises. */
 #include "tests/unit/storage/fixture.h"
 
+#include "storage/job_state.h"
 #include "storage/redrive.h"
+#include "storage/sql.h"
 
 #include <time.h>
 
@@ -467,6 +469,71 @@ static void jobs_are_counted_by_state(void **state)
 	assert_int_equal(counts.oldest_ms, 700);
 }
 
+static void an_incomplete_result_is_kept(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
+	struct job_ticket ticket = fixture_claim(f);
+	struct job_result result = {.summary = "{\"gaps\":7}", .incomplete = true};
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	struct resource resource;
+	ok(f, resource_get(f->store, RESOURCE_RECORDING, id, &resource, &f->error));
+	assert_int_equal(resource.job.state, JOB_INCOMPLETE);
+	assert_true(job_state_is_final(resource.job.state));
+	assert_string_equal(resource.summary, "{\"gaps\":7}");
+	resource_clear(&resource);
+	refused(f, job_redrive(f->store, ticket.job_id, &f->error), TW_ERROR_CONFLICT, "job-not-failed");
+	enum job_state after;
+	refused(f, job_cancel(f->store, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT, "job-finished");
+}
+
+static void what_needs_an_incomplete_result_fails(void **state)
+{
+	struct fixture *f = *state;
+	char field[STORE_ID_SIZE], layout[STORE_ID_SIZE];
+	struct resource resource, refused_one;
+	enum resource_outcome outcome;
+	fixture_create(f, RESOURCE_FIELD, NULL, NULL, NULL, field);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, field, NULL, layout);
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, job_finish(f->store, &ticket, &(struct job_result){.incomplete = true}, &f->error));
+	ok(f, resource_get(f->store, RESOURCE_LAYOUT, layout, &resource, &f->error));
+	assert_int_equal(resource.job.state, JOB_FAILED);
+	assert_string_equal(resource.job.failure.type, "dependency-failed");
+	assert_non_null(strstr(resource.job.failure.text, "is incomplete"));
+	resource_clear(&resource);
+	const struct resource_draft draft = {
+		.kind = RESOURCE_LAYOUT, .needs = (const char *const[]){field}, .need_count = 1};
+	refused(f, resource_create(f->store, &draft, &refused_one, &outcome, &f->error), TW_ERROR_CONFLICT,
+		"dependency-failed");
+}
+
+/* A webhook's delivery, say, or a rendering. */
+static void a_job_without_a_resource_runs_like_any_other(void **state)
+{
+	struct fixture *f = *state;
+	struct job job;
+	ok(f, transaction_begin(f->store, true, &f->error));
+	ok(f, transaction_end(f->store, job_state_add(f->store, 0, JOB_COMPUTE_LAYOUT, 0, 2, &f->error), &f->error));
+	struct tw_error failure = {TW_ERROR_INPUT, "no-such-thing", "", "nothing"};
+	struct job_ticket ticket = fixture_claim(f);
+	assert_string_equal(ticket.resource_id, "");
+	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
+	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
+	ticket = fixture_claim(f);
+	fixture_finish(f, &ticket);
+	ok(f, job_get(f->store, ticket.job_id, &job, &f->error));
+	assert_int_equal(job.state, JOB_SUCCEEDED);
+	assert_string_equal(job.resource_id, "");
+	job_clear(&job);
+	struct job_page page;
+	struct job_query query = {.limit = 10};
+	ok(f, job_list(f->store, &query, &page, &f->error));
+	assert_int_equal(page.count, 1);
+	job_page_clear(&page);
+}
+
 static double cpu_seconds(void)
 {
 	return (double)clock() / CLOCKS_PER_SEC;
@@ -527,6 +594,9 @@ int main(void)
 		TEST(many_are_redriven_by_query_in_steps),
 		TEST(a_job_is_redriven_once_by_a_query),
 		TEST(jobs_are_counted_by_state),
+		TEST(an_incomplete_result_is_kept),
+		TEST(what_needs_an_incomplete_result_fails),
+		TEST(a_job_without_a_resource_runs_like_any_other),
 		TEST(a_long_queue_costs_no_more),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
