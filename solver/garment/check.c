@@ -19,7 +19,8 @@ static double longest_square(const struct garment *garment, uint32_t face)
 	return longest;
 }
 
-static double worn_area(const struct garment *garment, uint32_t face)
+/* Whether a face has the same place for all its corners, or three on one line, in the worn mesh. */
+static bool has_worn_area(const struct garment *garment, uint32_t face)
 {
 	const uint32_t *v = garment->face_vertex + 3 * (size_t)face;
 	double u[3], w[3];
@@ -29,14 +30,13 @@ static double worn_area(const struct garment *garment, uint32_t face)
 		w[axis] = garment->position[3 * (size_t)v[2] + axis] - origin;
 	}
 	double x = u[1] * w[2] - u[2] * w[1], y = u[2] * w[0] - u[0] * w[2], z = u[0] * w[1] - u[1] * w[0];
-	return 0.5 * sqrt(x * x + y * y + z * z);
+	return x != 0 || y != 0 || z != 0;
 }
 
 static enum tw_status check_areas(struct draft *draft)
 {
 	const struct garment *garment = &draft->garment;
 	struct garment_report *report = draft->report;
-	report->worn_area_mm2 = report->pattern_area_mm2 = 0;
 	for (uint32_t f = 0; f < garment->face_count; f++) {
 		double cross = draft_face_cross(draft, f);
 		if (!(fabs(cross) > thinnest * longest_square(garment, f)))
@@ -46,21 +46,10 @@ static enum tw_status check_areas(struct draft *draft)
 					    garment_file_face(garment, f), garment->face_coord[3 * (size_t)f],
 					    garment->face_coord[3 * (size_t)f + 1],
 					    garment->face_coord[3 * (size_t)f + 2]);
-		double worn = worn_area(garment, f);
-		if (!(worn > 0))
+		if (!has_worn_area(garment, f))
 			warning_add(&report->warnings, "worn-zero-area", "face", garment_file_face(garment, f),
 				    "faces without area in the worn mesh count as fully compressed there");
-		report->worn_area_mm2 += worn;
-		report->pattern_area_mm2 += 0.5 * fabs(cross);
 	}
-	/* A pattern in other units is off by far more than any fabric stretches. */
-	double ratio = report->worn_area_mm2 / report->pattern_area_mm2;
-	if (ratio > 25 || ratio < 1.0 / 25)
-		return tw_fail(
-			draft->error, TW_ERROR_INPUT, "pattern-scale", NULL,
-			"the worn mesh has %.4g mm2, the flat pattern %.4g mm2; set unit and pattern_unit (sheet for "
-			"coordinates from 0 to 1)",
-			report->worn_area_mm2, report->pattern_area_mm2);
 	return TW_OK;
 }
 
@@ -93,6 +82,65 @@ static enum tw_status turn_pieces(struct draft *draft, const uint8_t *marked)
 		garment->pattern[2 * (size_t)coord] = low[piece] + high[piece] - garment->pattern[2 * (size_t)coord];
 	}
 	return TW_OK;
+}
+
+static bool is_clockwise(const struct draft *draft, uint32_t face)
+{
+	return draft_face_cross(draft, face) < 0;
+}
+
+/* Edges of the piece at which the pattern is folded: one face lies counter-clockwise, the other not. The first of them
+ * goes to *fold. */
+static uint32_t count_folds(const struct draft *draft, uint32_t piece, uint32_t *fold)
+{
+	const struct topology *topology = &draft->topology;
+	uint32_t folds = 0;
+	for (uint32_t e = 0; e < topology->edge_count; e++) {
+		const uint32_t *face = topology->edge_face + 2 * (size_t)e;
+		if (topology->edge_kind[e] != EDGE_INNER || draft->garment.face_piece[face[0]] != piece ||
+		    is_clockwise(draft, face[0]) == is_clockwise(draft, face[1]))
+			continue;
+		*fold = folds++ == 0 ? e : *fold;
+	}
+	return folds;
+}
+
+static const struct text *label_at(const struct draft *draft, uint32_t face)
+{
+	for (int kind = 0; kind < LABEL_KINDS; kind++) {
+		const uint32_t *labels = draft->labels->polygon_label[kind];
+		uint32_t label = labels ? labels[draft->garment.file_face[face]] : GARMENT_NONE;
+		if (label != GARMENT_NONE)
+			return &draft->labels->label[kind][label];
+	}
+	return NULL;
+}
+
+/* Two pieces that lie mirrored on each other, seam on seam, share the positions there and look like one. The fold
+ * between them is short, where flipped faces are scattered. */
+static bool is_folded(const struct draft *draft, uint32_t piece, uint32_t clockwise, uint32_t faces, uint32_t *fold)
+{
+	uint32_t lesser = clockwise < faces - clockwise ? clockwise : faces - clockwise;
+	uint32_t folds = count_folds(draft, piece, fold);
+	return lesser >= 4 && folds > 0 && 2 * (uint64_t)folds <= lesser;
+}
+
+static enum tw_status folded_piece(const struct draft *draft, uint32_t fold)
+{
+	const uint32_t *face = draft->topology.edge_face + 2 * (size_t)fold;
+	const uint32_t mirrored = is_clockwise(draft, face[0]) ? face[0] : face[1];
+	const struct text *here = label_at(draft, face[0]), *there = label_at(draft, face[1]);
+	if (here && there && here != there)
+		return fail_at_face(
+			draft, mirrored, "pieces-on-each-other",
+			"%.*s and %.*s lie mirrored on each other in the flat pattern, seam on seam: move one of "
+			"them",
+			text_cut(here, 60), here->at, text_cut(there, 60), there->at);
+	return fail_at_face(
+		draft, mirrored, "pieces-on-each-other",
+		"two pieces lie mirrored on each other in the flat pattern, the one with face %u on the one "
+		"with face %u: move one of them",
+		garment_file_face(&draft->garment, face[0]), garment_file_face(&draft->garment, face[1]));
 }
 
 /* The first faces of the piece that are clockwise (or, where most are, that are not). */
@@ -148,8 +196,11 @@ enum tw_status draft_check_faces(struct draft *draft, enum mirrored_pieces mirro
 	for (uint32_t piece = 0; piece < garment->piece_count; piece++) {
 		if (clockwise[piece] == 0)
 			continue;
+		uint32_t fold = 0;
 		if (clockwise[piece] < faces[piece])
-			return flipped(draft, piece, clockwise[piece], faces[piece]);
+			return is_folded(draft, piece, clockwise[piece], faces[piece], &fold)
+				       ? folded_piece(draft, fold)
+				       : flipped(draft, piece, clockwise[piece], faces[piece]);
 		if (mirrored == MIRRORED_REFUSE)
 			return mirrored_piece(draft, piece);
 		mirror[piece] = 1;

@@ -169,7 +169,9 @@ enum tw_status draft_from_soup(struct draft *draft, const struct soup *worn, con
 	draft->labels = pattern && !worn->polygon_label[LABEL_GROUP] ? pattern : worn;
 	if (worn->polygon_count == 0)
 		return tw_fail(draft->error, TW_ERROR_INPUT, "mesh-empty", NULL, "the file has no faces");
-	enum tw_status status = check_match(draft, worn, pattern);
+	enum tw_status status = draft_check_unit(draft, worn, pattern, options);
+	if (status == TW_OK)
+		status = check_match(draft, worn, pattern);
 	if (status == TW_OK)
 		status = scale_positions(draft, worn, unit_mm(options->unit));
 	if (status == TW_OK)
@@ -190,7 +192,7 @@ enum tw_status draft_from_soup(struct draft *draft, const struct soup *worn, con
 	const uint32_t *corner_coord = pattern ? pattern->corner_vertex : worn->corner_coord;
 	for (uint32_t p = 0; p < worn->polygon_count; p++)
 		add_polygon(draft, worn, corner_coord, p);
-	return TW_OK;
+	return draft_check_scale(draft, options);
 }
 
 enum tw_status draft_number_faces(struct draft *draft)

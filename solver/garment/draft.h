@@ -21,6 +21,12 @@ struct draft {
 enum tw_status draft_from_soup(struct draft *draft, const struct soup *worn, const struct soup *pattern,
 			       const struct import_options *options) TW_NODISCARD;
 
+/* Whether the units can be right: that of the worn mesh before anything is made of the soups, and that of the pattern
+ * by the areas of the faces, which go into the report. Named before anything else that is wrong. */
+enum tw_status draft_check_unit(struct draft *draft, const struct soup *worn, const struct soup *pattern,
+				const struct import_options *options) TW_NODISCARD;
+enum tw_status draft_check_scale(struct draft *draft, const struct import_options *options) TW_NODISCARD;
+
 /* Cuts a polygon of `count` corners at xy [count][2] into count - 2 triangles of corner numbers, all counter-clockwise;
  * false where that cannot be (it crosses itself or runs clockwise), and then a fan. */
 bool polygon_cut(const double *xy, uint32_t count, uint32_t *triangles);

@@ -114,12 +114,6 @@ static void write_report(const struct draft *draft)
 	report->component_count = draft->topology.component_count;
 	write_box(garment->position, garment->vertex_count, 3, report->worn_box_mm[0], report->worn_box_mm[1]);
 	write_box(garment->pattern, garment->coord_count, 2, report->pattern_box_mm[0], report->pattern_box_mm[1]);
-	double widest = 0;
-	for (int axis = 0; axis < 3; axis++)
-		widest = fmax(widest, report->worn_box_mm[1][axis] - report->worn_box_mm[0][axis]);
-	if (widest < 50 || widest > 5000)
-		warning_add(&report->warnings, "size-unusual", "vertex", 0,
-			    "the garment is %.4g mm long, which is unusual; check the unit", widest);
 }
 
 /* A copy of `size` bytes, NULL for none and when out of memory. */

@@ -222,6 +222,15 @@ bool text_is_utf8(const struct text *text)
 	return true;
 }
 
+int text_cut(const struct text *text, int limit)
+{
+	if (text->end - text->at <= limit)
+		return (int)(text->end - text->at);
+	while (limit > 0 && ((unsigned char)text->at[limit] & 0xc0) == 0x80)
+		limit--;
+	return limit;
+}
+
 int utf8_cut(const char *string, int limit)
 {
 	int size = (int)strnlen(string, (size_t)limit);

@@ -49,6 +49,9 @@ bool text_take_integer(struct text *word, int64_t *integer);
 /* UTF-8 without control characters and without overlong or surrogate forms. */
 bool text_is_utf8(const struct text *text);
 
+/* Bytes of the valid UTF-8 text, at most `limit`, that do not cut a character: for "%.*s". */
+int text_cut(const struct text *text, int limit);
+
 /* Bytes of the valid UTF-8 `string`, at most `limit`, that do not cut a character: for "%.*s". */
 int utf8_cut(const char *string, int limit);
 

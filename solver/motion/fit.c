@@ -11,6 +11,35 @@ static double cross_length(const double *u, const double *v)
 	return sqrt(x * x + y * y + z * z);
 }
 
+/* By the length of the motion's cloth over that of the worn. */
+static const char *advice(double scale)
+{
+	static const struct {
+		double scale;
+		const char *text;
+	} units[] = {
+		{1e-3, "it is 1000 times smaller, as metres are to millimetres; set motion_unit (m, where the mesh is "
+		       "in mm)"},
+		{1e-2,
+		 "it is 100 times smaller, as metres are to centimetres; set motion_unit (m, where the mesh is in cm)"},
+		{1e-1,
+		 "it is 10 times smaller, as centimetres are to millimetres; set motion_unit (cm, where the mesh is "
+		 "in mm)"},
+		{1e1,
+		 "it is 10 times larger, as millimetres are to centimetres; set motion_unit (mm, where the mesh is in "
+		 "cm)"},
+		{1e2,
+		 "it is 100 times larger, as centimetres are to metres; set motion_unit (cm, where the mesh is in m)"},
+		{1e3,
+		 "it is 1000 times larger, as millimetres are to metres; set motion_unit (mm, where the mesh is in m)"},
+	};
+	for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
+		if (scale > units[i].scale / 1.5 && scale < units[i].scale * 1.5)
+			return units[i].text;
+	}
+	return "the motion has another unit or another order of vertices; export both from the same mesh";
+}
+
 enum tw_status motion_check_fit(const struct garment *garment, const float *position, struct tw_error *error)
 {
 	double worn = 0, moved = 0;
@@ -27,11 +56,9 @@ enum tw_status motion_check_fit(const struct garment *garment, const float *posi
 	}
 	if (moved <= most_growth * worn && worn <= most_growth * moved)
 		return TW_OK;
-	return tw_fail(
-		error, TW_ERROR_INPUT, "motion-does-not-fit", NULL,
-		"in the motion's first frame the garment has %.4g mm2, worn %.4g mm2: the motion has another unit or "
-		"another order of vertices; export both from the same mesh",
-		moved, worn);
+	return tw_fail(error, TW_ERROR_INPUT, "motion-does-not-fit", "frame 0",
+		       "in the motion's first frame the garment has %.4g mm2, worn %.4g mm2: %s", moved, worn,
+		       advice(sqrt(moved / worn)));
 }
 
 /* By counting, in steps of half a per cent; what is beyond the last counts as the last. */

@@ -66,9 +66,14 @@ static double worn_at(int v, int axis)
 	return axis == 0 ? x : axis == 1 ? y : 0.0005 * x * x + 0.125 * v;
 }
 
+/* The right panel turned over the left one at their seam. */
+static bool mirrored;
+
 static double flat_at(int coord, int axis)
 {
 	int panel = coord / (SIDE * SIDE), i = coord % (SIDE * SIDE);
+	if (mirrored && panel == 1 && axis == 0)
+		return 100.0 * (SIDE - 1) - 100.0 * (i % SIDE);
 	return axis == 0 ? 100.0 * (i % SIDE + panel * (SIDE - 1)) + 50 * panel : axis == 1 ? 100.0 * (i / SIDE) : 0;
 }
 
@@ -509,6 +514,34 @@ static void wedges_that_do_not_fit_their_face_are_errors(void **state)
 	}
 }
 
+/* As game art lays its halves: the seam's positions are shared, and nothing but the directions tells two pieces. */
+static void pieces_that_lie_mirrored_on_each_other_are_named(void **state)
+{
+	struct fixture *f = *state;
+	struct import_options options;
+	option_defaults(&import_option_table, &options);
+	mirrored = true;
+	for (int variant = 0; variant < 6; variant++) {
+		bool two = variant >= 4, names = variant != 1 && variant != 5;
+		options.mirrored_pieces = variant == 2 ? MIRRORED_TURN : MIRRORED_REFUSE;
+		options.refinement = variant == 3 ? REFINE_MIDPOINT : REFINE_NONE;
+		write_obj(&f->worn, two ? " %d" : " %d/%d", names);
+		if (two && variant == 4)
+			write_flat_obj(&f->flat);
+		else if (two)
+			write_counted(&f->flat, true, true);
+		struct garment_source source[2] = {{f->worn.bytes, f->worn.size, MESH_SNIFF, NULL},
+						   {f->flat.bytes, f->flat.size, MESH_SNIFF, NULL}};
+		assert_int_equal(garment_import(&f->garment, f->arena, &source[0], two ? &source[1] : NULL, &options,
+						&f->report, &f->error),
+				 TW_ERROR_INPUT);
+		assert_string_equal(f->error.type, "pieces-on-each-other");
+		if (names && (!strstr(f->error.text, "front and back") || !strstr(f->error.text, "move one")))
+			fail_msg("%s", f->error.text);
+	}
+	mirrored = false;
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -520,6 +553,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(a_backslash_joins_lines_of_data, setup, teardown),
 		cmocka_unit_test_setup_teardown(positions_per_corner_are_one_but_for_the_last_digit, setup, teardown),
 		cmocka_unit_test_setup_teardown(shared_positions_do_not_depend_on_the_order_of_faces, setup, teardown),
+		cmocka_unit_test_setup_teardown(pieces_that_lie_mirrored_on_each_other_are_named, setup, teardown),
 		cmocka_unit_test_setup_teardown(wedges_that_do_not_fit_their_face_are_errors, setup, teardown),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -162,7 +162,8 @@ static void bad_obj_files_are_refused_with_their_line(void **state)
 		 "pattern-mirrored-piece", "face 0, line 9"},
 		{SQUARE_V "vt 0 0\nvt 100 0\nvt 100 100\nvt 50 50\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n", "pattern-zero-area",
 		 "face 1, line 10"},
-		{SQUARE_V "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n", "pattern-scale", ""},
+		{SQUARE_V "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n", "pattern-scale",
+		 "pattern_unit"},
 	};
 	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
 		assert_int_equal(import_two(f, bad[i].text, NULL), TW_ERROR_INPUT);
@@ -314,6 +315,66 @@ static void units_and_sheets_become_millimetres(void **state)
 	assert_true(f->garment.pattern[2] == 100 && f->garment.pattern[5] == 100);
 }
 
+/* A square sheet of `side`, worn, with its pattern of `flat`. */
+static void make_square(char text[512], double side, double flat)
+{
+	int size = 0;
+	for (int i = 0; i < 4; i++)
+		size += snprintf(text + size, 512 - (size_t)size, "v %g %g 0\n", i % 3 ? side : 0, i / 2 ? side : 0);
+	for (int i = 0; i < 4; i++)
+		size += snprintf(text + size, 512 - (size_t)size, "vt %g %g\n", i % 3 ? flat : 0, i / 2 ? flat : 0);
+	snprintf(text + size, 512 - (size_t)size, "f 1/1 2/2 3/3 4/4\n");
+}
+
+/* A unit that cannot be right is named, and the one that is: before anything else, such as a thickness or a face. */
+static void a_wrong_unit_is_named_with_the_right_one(void **state)
+{
+	struct fixture *f = *state;
+	static const struct {
+		double worn, flat;
+		int unit, pattern_unit;
+		const char *type, *hint;
+	} rows[] = {
+		{1.7, 1.6, UNIT_MM, UNIT_MM, "mesh-unit", "unit = m and pattern_unit = m"},
+		{0.3, 0.3, UNIT_MM, UNIT_MM, "mesh-unit", "unit = m and pattern_unit = m"},
+		{0.3, 300, UNIT_MM, UNIT_MM, "mesh-unit", "unit = m"},
+		{30, 28, UNIT_MM, UNIT_MM, "mesh-unit", "unit = cm and pattern_unit = cm"},
+		{1700, 1600, UNIT_M, UNIT_M, "mesh-unit", "unit = mm and pattern_unit = mm"},
+		{1700, 1600, UNIT_CM, UNIT_CM, "mesh-unit", "unit = mm and pattern_unit = mm"},
+		{170, 160, UNIT_M, UNIT_M, "mesh-unit", "unit = cm and pattern_unit = cm"},
+		{1.7, 1.6, UNIT_CM, UNIT_CM, "mesh-unit", "unit = m and pattern_unit = m"},
+		{1.7, 1.6, UNIT_M, UNIT_MM, "pattern-scale", "pattern_unit = m"},
+		{1700, 160, UNIT_MM, UNIT_MM, "pattern-scale", "pattern_unit = cm"},
+		{1700, 1600, UNIT_MM, UNIT_CM, "pattern-scale", "pattern_unit = mm"},
+		{1700, 0.2, UNIT_MM, UNIT_MM, "pattern-scale", "pattern_unit = sheet"},
+	};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		char text[512];
+		f->options.unit = rows[i].unit;
+		f->options.pattern_unit = rows[i].pattern_unit;
+		make_square(text, rows[i].worn, rows[i].flat);
+		assert_int_equal(import_two(f, text, NULL), TW_ERROR_INPUT);
+		size_t length = strlen(f->error.text), hint = strlen(rows[i].hint);
+		if (strcmp(f->error.type, rows[i].type) != 0 || length < hint ||
+		    strcmp(f->error.text + length - hint, rows[i].hint) != 0)
+			fail_msg("row %zu: %s: %s", i, f->error.type, f->error.text);
+	}
+}
+
+/* 14 cm could be a suit in centimetres, or a glove: said, not refused. */
+static void an_unusual_size_is_said(void **state)
+{
+	struct fixture *f = *state;
+	char text[512];
+	for (int i = 0; i < 3; i++) {
+		static const double sides[] = {140, 1500, 4000};
+		make_square(text, sides[i], sides[i]);
+		assert_int_equal(import_two(f, text, NULL), TW_OK);
+		assert_int_equal(warning(f, "size-unusual") != NULL, i != 1);
+	}
+	assert_non_null(strstr(warning(f, "size-unusual")->text, "4000 mm"));
+}
+
 static void polygons_are_cut_into_triangles(void **state)
 {
 	struct fixture *f = *state;
@@ -322,10 +383,11 @@ static void polygons_are_cut_into_triangles(void **state)
 	assert_int_equal(f->report.polygon_count, 1);
 	assert_int_equal(warning(f, "polygons-cut")->count, 1);
 	/* an L of six corners: its inner corner, where a fan from the first would leave the polygon */
-	assert_imports(f, "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 10 10 0\nv 10 20 0\nv 0 20 0\n"
-			  "vt 0 0\nvt 20 0\nvt 20 10\nvt 10 10\nvt 10 20\nvt 0 20\nf 2/2 3/3 4/4 5/5 6/6 1/1\n");
+	assert_imports(f,
+		       "v 0 0 0\nv 200 0 0\nv 200 100 0\nv 100 100 0\nv 100 200 0\nv 0 200 0\n"
+		       "vt 0 0\nvt 200 0\nvt 200 100\nvt 100 100\nvt 100 200\nvt 0 200\nf 2/2 3/3 4/4 5/5 6/6 1/1\n");
 	assert_int_equal(f->garment.face_count, 4);
-	assert_true(fabs(f->report.pattern_area_mm2 - 300) < 1e-9);
+	assert_true(fabs(f->report.pattern_area_mm2 - 30000) < 1e-9);
 }
 
 static const char unwelded[] = "v 0 0 0\nv 100 0 0\nv 100 100 0\nv 0 100 0\n"
@@ -352,7 +414,7 @@ static void doubled_vertices_are_welded_within_the_tolerance(void **state)
 	assert_ptr_equal(garment_frame(&f->garment, frame, moved), moved);
 	assert_true(moved[3 * 4] == 15 && moved[3 * 5] == 18);
 	f->options.weld_mm = 10;
-	assert_int_equal(import_two(f, "v 0 0 0\nv 5 0 0\nv 0 50 0\nvt 0 0\nvt 5 0\nvt 0 50\nf 1/1 2/2 3/3\n", NULL),
+	assert_int_equal(import_two(f, "v 0 0 0\nv 5 0 0\nv 0 500 0\nvt 0 0\nvt 5 0\nvt 0 500\nf 1/1 2/2 3/3\n", NULL),
 			 TW_ERROR_INPUT);
 	assert_string_equal(f->error.type, "weld-collapses-face");
 }
@@ -375,7 +437,7 @@ static void positions_written_once_a_corner_are_shared(void **state)
 	assert_non_null(warning(f, "pattern-positions-shared"));
 }
 
-/* A sheet of 5 by 5 vertices, 10 mm apart, and the same one 1 mm below, facing down. */
+/* A sheet of 5 by 5 vertices, 20 mm apart, and the same one 1 mm below, facing down. */
 static void two_layers_are_refused_with_advice(void **state)
 {
 	struct fixture *f = *state;
@@ -383,8 +445,8 @@ static void two_layers_are_refused_with_advice(void **state)
 	size_t size = 0;
 	for (int layer = 0; layer < 2; layer++) {
 		for (int i = 0; i < 25; i++)
-			size += (size_t)snprintf(text + size, sizeof text - size, "v %d %d %d\nvt %d %d\n", i % 5 * 10,
-						 i / 5 * 10, -layer, layer ? 200 - i % 5 * 10 : i % 5 * 10, i / 5 * 10);
+			size += (size_t)snprintf(text + size, sizeof text - size, "v %d %d %d\nvt %d %d\n", i % 5 * 20,
+						 i / 5 * 20, -layer, layer ? 400 - i % 5 * 20 : i % 5 * 20, i / 5 * 20);
 	}
 	for (int layer = 0; layer < 2; layer++) {
 		for (int i = 0; i < 16; i++) {
@@ -470,6 +532,8 @@ int main(void)
 		cmocka_unit_test_setup_teardown(names_come_from_groups_materials_or_objects, setup, teardown),
 		cmocka_unit_test_setup_teardown(separate_pattern_is_matched_face_by_face, setup, teardown),
 		cmocka_unit_test_setup_teardown(units_and_sheets_become_millimetres, setup, teardown),
+		cmocka_unit_test_setup_teardown(a_wrong_unit_is_named_with_the_right_one, setup, teardown),
+		cmocka_unit_test_setup_teardown(an_unusual_size_is_said, setup, teardown),
 		cmocka_unit_test_setup_teardown(polygons_are_cut_into_triangles, setup, teardown),
 		cmocka_unit_test_setup_teardown(doubled_vertices_are_welded_within_the_tolerance, setup, teardown),
 		cmocka_unit_test_setup_teardown(open_seams_are_reported, setup, teardown),
