@@ -17,7 +17,7 @@ static void print_help(void)
 	       "Exit code 0 when all of it holds; else 1, and what is wrong on stderr.\n\n"
 	       "The certificate is text, for checkers in other languages (`#` opens a comment; vertices from 1):\n\n"
 	       "  TIGHTWIRE STEINER CERTIFICATE 1\n"
-	       "  INSTANCE vertices edges terminals\n"
+	       "  INSTANCE vertices edges terminals      edges without those from a vertex to itself\n"
 	       "  WEIGHT weight\n"
 	       "  BOUND bound                            what the solver claims; may rest on enumeration\n"
 	       "  CERTIFIED certified                    what the rest of the file proves\n"

@@ -13,5 +13,9 @@ enum tw_status instance_read(const char *path, struct arena *arena, struct stein
 		return status;
 	status = file_blame(steiner_file_read(file, arena, bytes, length, error), path, error);
 	free(bytes);
+	if (status == TW_OK && file->loop_count > 0)
+		fprintf(stderr,
+			"warning: %s: %u edges from a vertex to itself were left out, which no tree has (line %zu%s)\n",
+			path, file->loop_count, file->loop_line, file->loop_count > 1 ? ", …" : "");
 	return status;
 }

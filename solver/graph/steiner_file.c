@@ -27,6 +27,8 @@ struct reader {
 	int have_nodes, have_edges, have_terminals; /* the count was announced */
 	uint32_t nodes, edges, terminals;           /* announced */
 	uint32_t edge_count, terminal_count;        /* read */
+	uint32_t loop_count;                        /* read and left out */
+	size_t loop_line;                           /* of the first */
 	uint64_t weight_total;
 
 	struct arena *scratch; /* owned */
@@ -60,16 +62,21 @@ static int next_line(struct reader *reader)
 	if (reader->next == reader->end)
 		return 0;
 	reader->line = reader->next;
-	const char *newline = memchr(reader->line, '\n', (size_t)(reader->end - reader->line));
-	reader->line_end = newline ? newline : reader->end;
-	reader->next = newline ? newline + 1 : reader->end;
+	/* Ends with a line feed, a carriage return, or the two. */
+	const char *at = reader->line;
+	while (at < reader->end && *at != '\n' && *at != '\r')
+		at++;
+	reader->line_end = at;
+	at += at < reader->end && *at == '\r';
+	at += at < reader->end && *at == '\n' && (at == reader->line_end || at[-1] == '\r');
+	reader->next = at;
 	reader->line_number++;
 	return 1;
 }
 
 static int is_blank(char c)
 {
-	return c == ' ' || c == '\t' || c == '\r';
+	return c == ' ' || c == '\t' || c == '\v' || c == '\f';
 }
 
 /* The next word of the line; length 0 at its end. */
@@ -172,7 +179,7 @@ static enum tw_status read_edge(struct reader *reader)
 	uint64_t weight;
 	if (!reader->have_nodes || !reader->have_edges)
 		return refuse_syntax(reader, "Nodes and Edges before the first edge");
-	if (reader->edge_count == reader->edges)
+	if (reader->edge_count + reader->loop_count == reader->edges)
 		return refuse(reader, TW_ERROR_INPUT, "steiner-file-count",
 			      "there are more edges than the %u announced", reader->edges);
 	enum tw_status status = read_vertex(reader, &u);
@@ -182,9 +189,10 @@ static enum tw_status read_edge(struct reader *reader)
 		return status;
 	if (!read_number(reader, &weight) || !line_is_over(reader))
 		return refuse_syntax(reader, "a whole, non-negative weight of at most 64 bits at the end of the edge");
-	if (u == v)
-		return refuse(reader, TW_ERROR_INPUT, "graph-loop", "the edge is a loop at vertex %u; remove it",
-			      u + 1);
+	if (u == v) {
+		reader->loop_line = reader->loop_count++ == 0 ? reader->line_number : reader->loop_line;
+		return TW_OK;
+	}
 	if (weight > weight_total_max - reader->weight_total)
 		return refuse(reader, TW_ERROR_INPUT, "graph-weight-total",
 			      "the weights sum to more than 62 bits hold; scale them down");
@@ -210,9 +218,10 @@ static enum tw_status read_graph_line(struct reader *reader, struct word word)
 	if (word_is(word, "end")) {
 		if (!reader->have_nodes || !reader->have_edges)
 			return refuse_syntax(reader, "Nodes and Edges in the section Graph");
-		if (reader->edge_count != reader->edges)
+		if (reader->edge_count + reader->loop_count != reader->edges)
 			return refuse(reader, TW_ERROR_INPUT, "steiner-file-count",
-				      "%u edges were announced, %u stand here", reader->edges, reader->edge_count);
+				      "%u edges were announced, %u stand here", reader->edges,
+				      reader->edge_count + reader->loop_count);
 		reader->section = SECTION_NONE;
 		reader->graph_done = 1;
 		return TW_OK;
@@ -342,8 +351,9 @@ enum tw_status steiner_file_read(struct steiner_file *file, struct arena *arena,
 {
 	*file = (struct steiner_file){0};
 	const struct arena_mark mark = arena_mark(arena);
+	const size_t mark_bytes = length >= 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* of UTF-8 */
 	struct reader reader = {
-		.next = bytes,
+		.next = bytes + mark_bytes,
 		.end = bytes + length,
 		.length = length,
 		.arena = arena,
@@ -355,10 +365,13 @@ enum tw_status steiner_file_read(struct steiner_file *file, struct arena *arena,
 	struct steiner_file read = {0};
 	enum tw_status status = read_lines(&reader, &read.format);
 	if (status == TW_OK)
-		status = graph_build(&read.graph, arena, reader.nodes, reader.edges, reader.ends, reader.weight, error);
+		status = graph_build(&read.graph, arena, reader.nodes, reader.edge_count, reader.ends, reader.weight,
+				     error);
 	if (status == TW_OK) {
 		read.terminals = reader.terminal;
 		read.terminal_count = reader.terminal_count;
+		read.loop_count = reader.loop_count;
+		read.loop_line = reader.loop_line;
 		*file = read;
 	} else {
 		arena_release(arena, mark);

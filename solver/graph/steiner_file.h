@@ -4,7 +4,8 @@
  * Voß 2001).
  *
  * Strict: what could change the problem is refused, never skipped (arcs, fractional weights, presolved parts, degree
- * limits); only sections Comment, Coordinates and Tree Decomposition are passed over. Announced counts must hold. */
+ * limits); only sections Comment, Coordinates and Tree Decomposition are passed over, and edges from a vertex to itself,
+ * which no tree has. Announced counts must hold. Keywords are read in any case, lines with any end. */
 #ifndef SOLVER_GRAPH_STEINER_FILE_H
 #define SOLVER_GRAPH_STEINER_FILE_H
 
@@ -19,7 +20,9 @@ enum steiner_format { STEINER_FORMAT_GR, STEINER_FORMAT_STP };
 
 struct steiner_file {
 	enum steiner_format format;
-	struct graph graph;  /* vertex v of the file is v - 1 here; edges in the order of the file */
+	struct graph graph;  /* vertex v of the file is v - 1 here; edges in the order of the file, without loops */
+	uint32_t loop_count; /* edges from a vertex to itself, which were left out */
+	size_t loop_line;    /* of the first of them, from 1 */
 	uint32_t *terminals; /* [terminal_count], as listed; equal ones possible; borrowed from the arena */
 	uint32_t terminal_count;
 };
