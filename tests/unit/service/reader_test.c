@@ -40,8 +40,9 @@ static void serve(int connection)
 	uint8_t request[REQUEST_BYTES];
 	while (receive(connection, request, sizeof request)) {
 		unsigned count = request[11];
-		uint8_t answer[9 + 2 * 125] = {request[0], request[1], 0, 0, 0, (uint8_t)(3 + 2 * count), request[6],
-					       request[7], (uint8_t)(2 * count)};
+		uint8_t answer[9 + 2 * 125] = {request[0], request[1], 0,
+					       0,          0,          (uint8_t)(3 + 2 * count),
+					       request[6], request[7], (uint8_t)(2 * count)};
 		if (send(connection, answer, 9 + 2 * count, MSG_NOSIGNAL) < 0)
 			break;
 	}
@@ -144,8 +145,7 @@ static void a_wall_clock_that_jumps_neither_ends_nor_prolongs_a_recording(void *
 	struct rig_thread rig = {.store_url = f->url};
 	struct resource recording;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_RECORDING,
-				       .options = "{\"duration_s\":2.0,\"tolerance\":0.9}"};
+	struct resource_draft draft = {.kind = RESOURCE_RECORDING, .options = "{\"duration_s\":2.0,\"tolerance\":0.9}"};
 	struct rig_sample samples[200];
 	size_t got = 0;
 	char id[STORE_ID_SIZE];
@@ -183,6 +183,41 @@ static void a_wall_clock_that_jumps_neither_ends_nor_prolongs_a_recording(void *
 	check_samples(f, id, samples, got);
 }
 
+/* What nobody takes in time is counted as dropped: the newest stay, in order. */
+static void scans_that_nobody_takes_are_counted_as_dropped(void **state)
+{
+	(void)state;
+	enum { RATE_HZ = 1000, ENOUGH = 4500 };
+	struct box box;
+	char url[64];
+	struct tw_error error;
+	struct rig_device *device = NULL;
+	struct rig_scanner *scanner = NULL;
+	struct rig_scanner_state now = {0};
+	box_start(&box);
+	snprintf(url, sizeof url, "tcp://127.0.0.1:%u", box.port);
+	struct rig_device_options options = {.url = url, .unit = 1, .timeout_ms = 500};
+	assert_int_equal(rig_device_new(&device, &options, &error), TW_OK);
+	assert_int_equal(rig_scanner_start(&scanner, device, RATE_HZ, &error), TW_OK);
+	for (int i = 0; i < 600 && now.counts.scans < ENOUGH; i++) {
+		nap_ms(100);
+		rig_scanner_state(scanner, &now);
+	}
+	assert_true(now.counts.scans >= ENOUGH);
+	struct rig_scan *scans = calloc(2 * ENOUGH, sizeof *scans);
+	size_t got = rig_scanner_take(scanner, scans, 2 * ENOUGH);
+	rig_scanner_state(scanner, &now);
+	assert_true(now.counts.dropped > 0);
+	/* One may have come between the two. */
+	assert_in_range(now.counts.scans - now.counts.dropped, got, got + RATE_HZ);
+	for (size_t i = 1; i < got; i++)
+		assert_true(scans[i].slot > scans[i - 1].slot);
+	free(scans);
+	rig_scanner_stop(scanner);
+	rig_device_free(device);
+	box_stop(&box);
+}
+
 static void slots_follow_from_the_clock_alone(void **state)
 {
 	(void)state;
@@ -199,6 +234,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		TEST(a_wall_clock_that_jumps_neither_ends_nor_prolongs_a_recording),
+		cmocka_unit_test(scans_that_nobody_takes_are_counted_as_dropped),
 		cmocka_unit_test(slots_follow_from_the_clock_alone),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
