@@ -59,7 +59,7 @@ flags.solver/field/strip.c := $(flags.solver/field/strain.c)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all help deps deps-lint deps-test demo test test-unit test-http soak bench bench-stream bench-steiner lint format format-check fuzz install clean
+.PHONY: all help deps deps-lint deps-test demo test test-unit test-http soak bench bench-stream bench-steiner lint format format-check fuzz pictures install clean
 
 all: $(out)/tightwire ## build the one binary (default)
 
@@ -203,6 +203,9 @@ format: ## clang-format in place
 
 format-check:
 	$(Q)clang-format --dry-run -Werror $(formatted)
+
+pictures: all ## README's pictures anew
+	$(Q)sh deploy/pictures.sh $(out)/tightwire
 
 install: all ## into $(DESTDIR)$(prefix), with the systemd unit and a sample configuration
 	$(Q)install -D -m 0755 $(out)/tightwire $(DESTDIR)$(prefix)/bin/tightwire
