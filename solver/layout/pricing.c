@@ -79,6 +79,16 @@ static enum tw_status fail_apart(const struct pricing *pricing, const struct ste
 			terminal[1] = network->sites->site[s].terminal;
 	}
 	char where[64];
+	for (int i = 0; i < 2; i++) {
+		uint32_t node = i ? tree->terminal_b : tree->terminal_a;
+		if (network->graph.first[node] != network->graph.first[node + 1])
+			continue;
+		snprintf(where, sizeof where, "/terminals/%u", terminal[i]);
+		return tw_fail(
+			error, TW_ERROR_INPUT, "terminals-apart", where,
+			"no wire can leave this terminal: whichever way it went, its strip would cover what is kept "
+			"out; move the terminal, or the keep-out half a strip away from it");
+	}
 	snprintf(where, sizeof where, "/terminals/%u", terminal[1]);
 	return tw_fail(error, TW_ERROR_INPUT, "terminals-apart", where,
 		       "no wire can join this terminal with terminal %u: what is kept out leaves no way between them",

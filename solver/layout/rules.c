@@ -123,11 +123,6 @@ static struct box box_around(const struct vec2 *point, uint32_t count)
 	return box;
 }
 
-static struct box box_of_region(const struct region *region)
-{
-	return box_around(region->point, region->first[region->loop_count]);
-}
-
 static bool boxes_meet(const struct box *a, const struct box *b)
 {
 	return a->low.x <= b->high.x && b->low.x <= a->high.x && a->low.y <= b->high.y && b->low.y <= a->high.y;
@@ -182,7 +177,7 @@ static enum tw_status check_keep_out_area(struct checker *checker, uint32_t bran
 {
 	struct violation violation = {RULE_KEEP_OUT, branch, GARMENT_NONE, strip->piece, {0, 0}, 0, 0};
 	struct region_builder kept_out;
-	const struct box box = box_of_region(&strip->region);
+	const struct box box = {strip->low, strip->high};
 	collect_keep_outs(checker, strip->piece, &box, &kept_out);
 	if (kept_out.failed)
 		return tw_fail_memory(checker->error);
@@ -298,8 +293,8 @@ static enum tw_status common_of(const struct overlap *overlap, const struct stri
 	*found = false;
 	for (uint32_t i = 0; i < a->count; i++)
 		for (uint32_t j = 0; j < b->count && status == TW_OK; j++) {
-			const struct box box = box_of_region(&a->area[i].region);
-			const struct box other_box = box_of_region(&b->area[j].region);
+			const struct box box = {a->area[i].low, a->area[i].high};
+			const struct box other_box = {b->area[j].low, b->area[j].high};
 			struct violation violation = {
 				RULE_STRIP_OVERLAP, branch, other, a->area[i].piece, {0, 0}, 0, 0};
 			if (a->area[i].piece != b->area[j].piece || !boxes_meet(&box, &other_box))

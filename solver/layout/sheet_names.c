@@ -7,6 +7,60 @@ enum { SEAM_SHORTEST_MM = 12, SEAM_TICK_MM = 5, SEAM_LABEL_MM = 11, SEAM_LETTER_
 enum { GRAIN_MM = 60, GRAIN_GAP_MM = 8 };
 enum { TERMINAL_LETTER_MM = 9, WIRE_STEP_MM = 6 };
 
+/* How far a point of a piece is from the middle of every wire, and from every terminal. */
+static double room_beside_wires(const struct layout_result *result, uint32_t piece, struct vec2 point)
+{
+	const struct solved *ours = result->ours;
+	double room = INFINITY;
+	for (uint32_t b = 0; b < ours->branches.branch_count; b++) {
+		const struct wire *wire = &ours->wires.wire[b];
+		for (uint32_t s = 0; s < wire->span_count; s++) {
+			const struct span *span = &wire->span[s];
+			if (span->piece != piece)
+				continue;
+			double distance = vec2_distance(point, span_point(span, span_nearest(span, point)));
+			room = distance < room ? distance : room;
+		}
+	}
+	for (uint32_t s = 0; s < result->sites->count; s++)
+		for (uint32_t m = 0; m < result->sites->site[s].mark_count; m++) {
+			const struct site_mark *mark = &result->sites->site[s].mark[m];
+			if (mark->piece == piece)
+				room = fmin(room, vec2_distance(point, mark->at));
+		}
+	return room;
+}
+
+/* How far a point is from its piece's cut line; negative outside. */
+static double room_in_piece(const struct layout_result *result, uint32_t piece, struct vec2 point)
+{
+	double room = outline_distance(result->outline, result->input->garment, piece, point, NULL);
+	return outline_contains(result->outline, result->input->garment, piece, point) ? room : -room;
+}
+
+/* Beside the seam's middle, or along the seam as near to it as strips leave room for a number. */
+static struct vec2 place_number(const struct layout_result *result, const struct seam_middle *middle)
+{
+	enum { STEP_MM = 6, STEPS = 20 };
+	double strip = result->field->options.strip_width_mm / 2, least = SEAM_LETTER_MM / 2.0;
+	struct vec2 first = vec2_along(middle->at, middle->inward, SEAM_LABEL_MM), best = first;
+	double best_room = -INFINITY;
+	for (int step = 0; step <= STEPS; step++) {
+		double along = (step + 1) / 2 * STEP_MM * (step % 2 ? 1 : -1);
+		struct vec2 at = vec2_along(first, vec2_left(middle->inward), along);
+		if (room_in_piece(result, middle->piece, at) < least)
+			continue;
+		double room = room_beside_wires(result, middle->piece, at);
+		if (room > best_room) {
+			best_room = room;
+			best = at;
+		}
+		if (room > strip + SEAM_LETTER_MM)
+			break;
+	}
+	return best;
+}
+
 static enum tw_status find_seams(struct sheet_names *names, const struct sheet *sheet)
 {
 	const struct outline *outline = sheet->result->outline;
@@ -24,65 +78,51 @@ static enum tw_status find_seams(struct sheet_names *names, const struct sheet *
 			names->seam[names->seam_count++] = (struct seam_mark){
 				.number = seam + 1,
 				.middle = *at,
-				.label = sheet_point(sheet, at->piece, vec2_along(at->at, at->inward, SEAM_LABEL_MM)),
+				.label = sheet_point(sheet, at->piece, place_number(sheet->result, at)),
 			};
 		}
 	return TW_OK;
 }
 
-/* How far a point of a piece is from its cut line, from every wire and from every terminal. */
 static double room_at(const struct layout_result *result, uint32_t piece, struct vec2 point)
 {
-	double room = outline_distance(result->outline, result->input->garment, piece, point, NULL);
-	if (!outline_contains(result->outline, result->input->garment, piece, point))
-		return -room;
-	const struct solved *ours = result->ours;
-	for (uint32_t b = 0; b < ours->branches.branch_count; b++) {
-		const struct wire *wire = &ours->wires.wire[b];
-		for (uint32_t s = 0; s < wire->span_count; s++) {
-			const struct span *span = &wire->span[s];
-			if (span->piece != piece)
-				continue;
-			double distance = vec2_distance(point, span_point(span, span_nearest(span, point)));
-			room = distance < room ? distance : room;
-		}
-	}
-	for (uint32_t s = 0; s < result->sites->count; s++)
-		if (ours->wires.end[s].piece == piece)
-			room = fmin(room, vec2_distance(point, ours->wires.end[s].at));
-	return room;
+	double room = room_in_piece(result, piece, point);
+	return room < 0 ? room : fmin(room, room_beside_wires(result, piece, point));
 }
 
 /* The least room along a name, and along the grain line below it, which may pass wires a little nearer. */
-static double room_for_name(const struct layout_result *result, uint32_t piece, struct vec2 middle)
+static double room_for_name(const struct layout_result *result, uint32_t piece, struct vec2 middle, double half_name)
 {
-	enum { HALF_NAME_MM = 45, GRAIN_SLACK_MM = 20 };
+	enum { GRAIN_SLACK_MM = 10, NAME_POINTS = 2, GRAIN_POINTS = 4 };
 	double room = INFINITY;
-	for (int side = -1; side <= 1; side++)
-		room = fmin(room, room_at(result, piece, (struct vec2){middle.x + side * HALF_NAME_MM, middle.y}));
-	for (int step = 1; step <= 3; step++) {
-		struct vec2 below = {middle.x, middle.y - step * (GRAIN_MM / 3.0)};
+	for (int side = -NAME_POINTS; side <= NAME_POINTS; side++) {
+		struct vec2 at = {middle.x + side * half_name / NAME_POINTS, middle.y};
+		room = fmin(room, room_at(result, piece, at));
+	}
+	for (int step = 1; step <= GRAIN_POINTS; step++) {
+		struct vec2 below = {middle.x, middle.y - step * (double)(GRAIN_MM + GRAIN_GAP_MM) / GRAIN_POINTS};
 		room = fmin(room, room_at(result, piece, below) + GRAIN_SLACK_MM);
 	}
 	return room;
 }
 
-/* The middle of the face around which a name has most room. */
-static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, uint32_t faces)
+/* The middle of the face around which a name has most room, and how much. */
+static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, uint32_t faces, double half_name,
+			    double *most)
 {
 	enum { TRIES = 300 };
 	const struct garment *garment = result->input->garment;
 	uint32_t step = faces / TRIES + 1, seen = 0;
-	double best = -INFINITY;
 	struct vec2 at = {0, 0};
+	*most = -INFINITY;
 	for (uint32_t f = 0; f < garment->face_count; f++) {
 		if (garment->face_piece[f] != piece || seen++ % step)
 			continue;
 		struct place place = {.face = f, .barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3}};
 		struct vec2 middle = place_on_pattern(garment, &place);
-		double room = room_for_name(result, piece, middle);
-		if (room > best) {
-			best = room;
+		double room = room_for_name(result, piece, middle, half_name);
+		if (room > *most) {
+			*most = room;
 			at = middle;
 		}
 	}
@@ -97,6 +137,27 @@ static double name_size(const struct sheet *sheet, uint32_t piece)
 	return fmax(6, fmin(18, 0.45 * (extent.high.x - extent.low.x) / width));
 }
 
+/* In a crowded piece a name becomes smaller, until it keeps off the strips. */
+static struct piece_name place_name(const struct sheet *sheet, uint32_t piece, uint32_t faces)
+{
+	static const double shares[] = {1, 0.75, 0.55};
+	const char *name = sheet->result->input->garment->piece_name[piece];
+	double most = -INFINITY, strip = sheet->result->field->options.strip_width_mm / 2;
+	struct piece_name best = {{0, 0}, 0};
+	for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
+		double size = shares[i] * name_size(sheet, piece), room;
+		struct vec2 at = roomiest(sheet->result, piece, faces, label_width(name, size) / 2, &room);
+		if (room <= most)
+			continue;
+		most = room;
+		at = sheet_point(sheet, piece, at);
+		best = (struct piece_name){{at.x, at.y - size / 3}, size};
+		if (room > strip + size / 2)
+			break;
+	}
+	return best;
+}
+
 static enum tw_status find_pieces(struct sheet_names *names, const struct sheet *sheet)
 {
 	const struct garment *garment = sheet->result->input->garment;
@@ -106,10 +167,8 @@ static enum tw_status find_pieces(struct sheet_names *names, const struct sheet 
 		return tw_fail_memory(NULL);
 	for (uint32_t f = 0; f < garment->face_count; f++)
 		faces[garment->face_piece[f]]++;
-	for (uint32_t p = 0; p < garment->piece_count; p++) {
-		struct vec2 at = sheet_point(sheet, p, roomiest(sheet->result, p, faces[p]));
-		names->piece[p] = (struct piece_name){{at.x, at.y - 6}, name_size(sheet, p)};
-	}
+	for (uint32_t p = 0; p < garment->piece_count; p++)
+		names->piece[p] = place_name(sheet, p, faces[p]);
 	return TW_OK;
 }
 
@@ -129,8 +188,8 @@ static void block_lettering(struct label_page *page, const struct sheet_names *n
 		label_page_block_box(page, (struct label_box){at.x - 4, at.y, at.x + 4, at.y + GRAIN_MM + GRAIN_GAP_MM},
 				     3);
 	}
-	for (uint32_t s = 0; s < sheet->result->sites->count; s++)
-		label_page_block(page, page->label[s].at, DOT_MM, LABEL_PRICE);
+	for (uint32_t l = 0; l < page->label_count; l++)
+		label_page_block(page, page->label[l].at, DOT_MM, LABEL_PRICE);
 }
 
 static uint32_t steps_of(const struct span *span)
@@ -178,11 +237,18 @@ static const char *name_of(const struct sheet *sheet, uint32_t site, char *buffe
 	return terminal_name(sheet->result->input->request, sheet->result->sites->site[site].terminal, buffer);
 }
 
+static uint32_t count_marks(const struct site_set *sites)
+{
+	uint32_t marks = 0;
+	for (uint32_t s = 0; s < sites->count; s++)
+		marks += sites->site[s].mark_count;
+	return marks;
+}
+
 static enum tw_status find_terminals(struct sheet_names *names, const struct sheet *sheet)
 {
 	const struct layout_result *result = sheet->result;
-	const struct wire_end *end = result->ours->wires.end;
-	uint32_t count = result->sites->count;
+	uint32_t count = count_marks(result->sites);
 	uint32_t blocks = names->seam_count + 2 * result->input->garment->piece_count + count +
 			  count_wire_steps(result->ours) + result->outline->segment_count;
 	enum tw_status status =
@@ -190,11 +256,13 @@ static enum tw_status find_terminals(struct sheet_names *names, const struct she
 				DOT_MM, count, blocks, NULL);
 	if (status)
 		return status;
-	for (uint32_t s = 0; s < count; s++) {
-		char buffer[16];
-		label_page_add(&names->terminals, sheet_flip(sheet, sheet_point(sheet, end[s].piece, end[s].at)),
-			       name_of(sheet, s, buffer), TERMINAL_LETTER_MM);
-	}
+	for (uint32_t s = 0; s < result->sites->count; s++)
+		for (uint32_t m = 0; m < result->sites->site[s].mark_count; m++) {
+			const struct site_mark *mark = &result->sites->site[s].mark[m];
+			char buffer[16];
+			label_page_add(&names->terminals, sheet_flip(sheet, sheet_point(sheet, mark->piece, mark->at)),
+				       name_of(sheet, s, buffer), TERMINAL_LETTER_MM);
+		}
 	block_lettering(&names->terminals, names, sheet);
 	block_wires(&names->terminals, sheet);
 	block_cut_lines(&names->terminals, sheet);
@@ -272,15 +340,17 @@ void sheet_names_add_terminals(const struct sheet_names *names, const struct she
 		.name = "terminal-name", .fill = "#14532d", .stroke = "#ffffff", .stroke_mm = 2.5, .halo = true};
 	static const enum drawing_anchor anchors[] = {
 		[LABEL_START] = DRAWING_START, [LABEL_MIDDLE] = DRAWING_MIDDLE, [LABEL_END] = DRAWING_END};
-	for (uint32_t s = 0; s < names->terminals.label_count; s++) {
-		const struct label *label = &names->terminals.label[s];
+	const struct site_set *sites = sheet->result->sites;
+	const struct label *label = names->terminals.label;
+	for (uint32_t s = 0; s < sites->count; s++) {
 		char buffer[16];
-		const struct drawing_text text = {
-			.at = sheet_flip(sheet, label->text),
-			.size_mm = TERMINAL_LETTER_MM,
-			.anchor = anchors[label->anchor],
-			.text = drawing_format(sheet->drawing, "%s", name_of(sheet, s, buffer)),
-		};
-		drawing_add_text(sheet->drawing, &style, sheet->result->ours->wires.end[s].piece, &text);
+		const char *name = drawing_format(sheet->drawing, "%s", name_of(sheet, s, buffer));
+		for (uint32_t m = 0; m < sites->site[s].mark_count; m++, label++) {
+			const struct drawing_text text = {.at = sheet_flip(sheet, label->text),
+							  .size_mm = TERMINAL_LETTER_MM,
+							  .anchor = anchors[label->anchor],
+							  .text = name};
+			drawing_add_text(sheet->drawing, &style, sites->site[s].mark[m].piece, &text);
+		}
 	}
 }

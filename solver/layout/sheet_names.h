@@ -21,7 +21,7 @@ struct sheet_names {
 	struct seam_mark *seam;
 	uint32_t seam_count;
 	struct piece_name *piece;    /* [piece_count] */
-	struct label_page terminals; /* label s is site s; y down, see sheet_flip */
+	struct label_page terminals; /* a label for every mark of every site; y down, see sheet_flip */
 };
 
 /* Finds all places; memory from the sheet's arena. TW_ERROR_MEMORY. */

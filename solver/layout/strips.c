@@ -214,6 +214,18 @@ static enum tw_status collect(struct collector *collector, const struct span *sp
 	return status;
 }
 
+static void find_box(struct strip_area *area)
+{
+	const struct region *region = &area->region;
+	area->low = (struct vec2){INFINITY, INFINITY};
+	area->high = (struct vec2){-INFINITY, -INFINITY};
+	for (uint32_t i = 0; i < region->first[region->loop_count]; i++) {
+		area->low = (struct vec2){fmin(area->low.x, region->point[i].x), fmin(area->low.y, region->point[i].y)};
+		area->high =
+			(struct vec2){fmax(area->high.x, region->point[i].x), fmax(area->high.y, region->point[i].y)};
+	}
+}
+
 static enum tw_status cut_off(const struct collector *collector, struct strip_areas *areas, struct tw_error *error)
 {
 	const struct strip_cutter *cutter = collector->cutter;
@@ -230,6 +242,7 @@ static enum tw_status cut_off(const struct collector *collector, struct strip_ar
 				       &cutter->piece[area->piece], REGION_COMMON, error);
 		if (status != TW_OK)
 			return status;
+		find_box(area);
 		areas->count += area->region.loop_count > 0;
 	}
 	return TW_OK;

@@ -9,7 +9,8 @@
 
 struct strip_area {
 	uint32_t piece;
-	struct region region; /* not empty */
+	struct region region;  /* not empty */
+	struct vec2 low, high; /* the box around it */
 };
 
 /* The strip of a wire, or of a part of one. */

@@ -551,6 +551,56 @@ static void drawings_are_well_formed_and_of_true_scale(void **state)
 	tear_down(&bench);
 }
 
+/* Whether some corner of the layer's paths of a class lies within a millimetre of a place on the page. */
+static bool path_comes_by(const char *layer, const char *end, const char *class, double x, double y)
+{
+	char group[64];
+	snprintf(group, sizeof group, "<g class=\"%s\"", class);
+	const char *from = strstr(layer, group), *to = from ? strstr(from, "</g>") : NULL;
+	while (from && from < to && from < end) {
+		double p[2];
+		int used = 0;
+		if (sscanf(from, "%*1[ML]%lf %lf%n", &p[0], &p[1], &used) == 2 && hypot(p[0] - x, p[1] - y) < 1)
+			return true;
+		from += used ? used : 1;
+	}
+	return false;
+}
+
+/* Wires around a tube, whose ends are seen from one side for a few millimetres only. */
+static void every_terminal_that_is_seen_has_its_wire_there(void **state)
+{
+	(void)state;
+	static const char *const sides[] = {"front", "back"};
+	uint32_t seen = 0;
+	for (uint32_t start = 0; start < 40; start++) {
+		struct bench bench = {.arena = arena_new(0)};
+		assert_non_null(bench.arena);
+		mesh_tube(&bench.garment, bench.arena, 40, 20, 10);
+		weigh(&bench);
+		char request[160];
+		snprintf(request, sizeof request, "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}]}", 10 * 40 + start,
+			 10 * 40 + (start + 12) % 40);
+		compute(&bench, request);
+		const char *svg = bench.output.artifacts[2].bytes;
+		for (int side = 0; side < 2; side++) {
+			char opening[32];
+			snprintf(opening, sizeof opening, "<g id=\"%s\"", sides[side]);
+			const char *layer = strstr(svg, opening), *end = strstr(layer + 1, "<g id=");
+			for (const char *dot = strstr(layer, "<circle"); dot && dot < end;
+			     dot = strstr(dot + 1, "<circle")) {
+				double x, y;
+				assert_int_equal(sscanf(dot, "<circle cx=\"%lf\" cy=\"%lf\"", &x, &y), 2);
+				assert_true(path_comes_by(layer, end, "wire", x, y));
+				assert_true(path_comes_by(layer, end, "strip", x, y));
+				seen++;
+			}
+		}
+		tear_down(&bench);
+	}
+	assert_true(seen >= 2 * 40);
+}
+
 static int stop_at_once(void *context)
 {
 	(void)context;
@@ -681,6 +731,7 @@ int main(void)
 		cmocka_unit_test(terminals_that_cannot_be_placed_are_named),
 		cmocka_unit_test(terminals_on_two_garments_are_apart),
 		cmocka_unit_test(drawings_are_well_formed_and_of_true_scale),
+		cmocka_unit_test(every_terminal_that_is_seen_has_its_wire_there),
 		cmocka_unit_test(a_cancelled_layout_says_so),
 		cmocka_unit_test(progress_never_falls_and_ends_with_the_proven_tree),
 		cmocka_unit_test(the_summary_and_the_file_tell_the_same),

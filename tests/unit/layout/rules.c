@@ -434,6 +434,93 @@ static void what_breaks_a_rule_is_named_and_nothing_else(void **ignored)
 	assert_true(50 * tally.covered <= tally.branches && 20 * tally.strayed <= tally.branches);
 }
 
+/* --- drawings ----------------------------------------------------------------------------------------------------- */
+
+/* The text of a layer: up to where the next begins. */
+static const char *layer_of(const char *svg, const char *id, const char **end)
+{
+	char opening[64];
+	snprintf(opening, sizeof opening, "<g id=\"%s\"", id);
+	const char *layer = strstr(svg, opening);
+	assert_non_null(layer);
+	*end = strstr(layer + 1, "<g id=");
+	*end = *end ? *end : layer + strlen(layer);
+	return layer;
+}
+
+/* The area of a closed path of lines, even-odd as its loops are: holes run the other way. */
+static double path_area(const char *data)
+{
+	double area = 0, first[2] = {0, 0}, last[2] = {0, 0};
+	while (*data != '"') {
+		double p[2];
+		char step = *data++;
+		if (step == 'Z') {
+			area += (last[0] * first[1] - first[0] * last[1]) / 2;
+			continue;
+		}
+		char *next;
+		assert_true(step == 'M' || step == 'L');
+		p[0] = strtod(data, &next);
+		p[1] = strtod(next, &next);
+		data = next;
+		if (step == 'M')
+			memcpy(first, p, sizeof first);
+		else
+			area += (last[0] * p[1] - p[0] * last[1]) / 2;
+		memcpy(last, p, sizeof last);
+	}
+	return fabs(area);
+}
+
+static double drawn_strips(const char *svg)
+{
+	const char *end, *layer = layer_of(svg, "strips", &end);
+	double area = 0;
+	for (const char *path = strstr(layer, " d=\""); path && path < end; path = strstr(path, " d=\"")) {
+		path += 4;
+		area += path_area(path);
+	}
+	return area;
+}
+
+/* Half a strip on each of two pieces is a whole one: what is drawn on both adds up to what lies on the sheet. */
+static void the_pattern_shows_whole_strips_beside_and_across_seams(void **ignored)
+{
+	(void)ignored;
+	struct request request;
+	for (uint64_t seed = 1; seed <= 8; seed++) {
+		struct bench bench;
+		struct answer answer;
+		set_up(&bench, COLUMNS / 2, 0.25);
+		state = 100 + seed;
+		request = (struct request){.used = 0};
+		append(&request, "{\"options\":{\"baseline\":\"none\"},\"terminals\":[");
+		for (int t = 0; t < 5; t++)
+			add_terminal(&bench, &request, GARMENT_NONE,
+				     at((uint32_t)random_in(3, COLUMNS - 3), (uint32_t)random_in(2, ROWS - 2)));
+		/* A wire along the seam. */
+		add_terminal(&bench, &request, GARMENT_NONE, at(COLUMNS / 2, 3));
+		add_terminal(&bench, &request, GARMENT_NONE, at(COLUMNS / 2, 15));
+		append(&request, "],\"constraints\":{\"free_edges\":[");
+		for (uint32_t row = 3; row < 15; row++)
+			append(&request, "%s[%u,%u]", row > 3 ? "," : "", at(COLUMNS / 2, row),
+			       at(COLUMNS / 2, row + 1));
+		append(&request, "]}}");
+		compute(&bench, request.text);
+		read_answer(&bench, &answer);
+		double whole = 0, drawn = drawn_strips(bench.output.artifacts[1].bytes);
+		for (uint32_t b = 0; b < answer.count; b++) {
+			double area;
+			GEOSArea(answer.branch[b].strip, &area);
+			whole += area;
+		}
+		assert_near(drawn, whole, 0.003 * whole);
+		forget_answer(&answer);
+		tear_down(&bench);
+	}
+}
+
 /* --- corners of pieces -------------------------------------------------------------------------------------------- */
 
 /* The sheet cut into four pieces, which meet at vertex (20, 10). */
@@ -531,6 +618,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(what_breaks_a_rule_is_named_and_nothing_else),
+		cmocka_unit_test(the_pattern_shows_whole_strips_beside_and_across_seams),
 		cmocka_unit_test(a_wire_goes_around_a_corner_of_four_pieces),
 		cmocka_unit_test(a_corner_that_is_the_only_way_is_passed_and_named),
 	};

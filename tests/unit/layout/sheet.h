@@ -23,12 +23,9 @@ struct bench {
 	struct byte_memory memory;
 };
 
-/* A sheet of 40 x 20 cells of 10 mm; with a seam at column `seam` > 0. */
-static inline void set_up(struct bench *bench, uint32_t seam, double jitter)
+/* The garment's topology, and a field of the same density everywhere. */
+static inline void weigh(struct bench *bench)
 {
-	*bench = (struct bench){.arena = arena_new(0)};
-	assert_non_null(bench->arena);
-	mesh_sheet(&bench->garment, bench->arena, 40, 20, 10, jitter, seam);
 	assert_int_equal(topology_build(&bench->topology, bench->arena, &bench->garment, NULL), TW_OK);
 	double *mean = ARENA_ARRAY(bench->arena, bench->garment.face_count, double);
 	assert_non_null(mean);
@@ -40,6 +37,15 @@ static inline void set_up(struct bench *bench, uint32_t seam, double jitter)
 	assert_int_equal(field_compute(&bench->field, bench->arena, &bench->garment, &bench->topology, means, 1,
 				       &options, 1, NULL),
 			 TW_OK);
+}
+
+/* A sheet of 40 x 20 cells of 10 mm; with a seam at column `seam` > 0. */
+static inline void set_up(struct bench *bench, uint32_t seam, double jitter)
+{
+	*bench = (struct bench){.arena = arena_new(0)};
+	assert_non_null(bench->arena);
+	mesh_sheet(&bench->garment, bench->arena, 40, 20, 10, jitter, seam);
+	weigh(bench);
 }
 
 static inline void tear_down(struct bench *bench)
