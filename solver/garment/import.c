@@ -1,6 +1,7 @@
 /* The import as a list of stages, all in a scratch arena; the garment is copied out at the end. */
 #include "solver/garment/import.h"
 
+#include "solver/foreign.h"
 #include "solver/garment/draft.h"
 #include "solver/garment/refine.h"
 
@@ -41,6 +42,10 @@ static enum tw_status read_soup(struct soup *soup, struct arena *arena, const st
 	*format = format_of(source, file);
 	if (source->size == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "mesh-empty", NULL, "the file is empty");
+	const char *foreign = *format == MESH_STL ? NULL : foreign_kind(source->bytes, source->size);
+	if (foreign)
+		return tw_fail(error, TW_ERROR_INPUT, "mesh-unknown-format", "byte 0",
+			       "the file is %s. Meshes are read as OBJ, PLY, OFF and STL", foreign);
 	switch (*format) {
 	case MESH_PLY:
 		return ply_read(soup, arena, file, error);

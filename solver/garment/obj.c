@@ -74,7 +74,8 @@ static enum tw_status count_lines(struct obj *obj)
 {
 	struct soup *soup = obj->soup;
 	struct text text = obj->text, line, word;
-	uint64_t vertices = 0, coords = 0, polygons = 0, corners = 0;
+	uint64_t vertices = 0, coords = 0, polygons = 0, corners = 0, others = 0;
+	uint32_t first_other = 0;
 	for (uint32_t number = 0; obj_next_line(&text, &line, &number);) {
 		if (memchr(line.at, '\0', (size_t)(line.end - line.at)))
 			return fail_at_line(obj->error, "mesh-not-text", number,
@@ -88,7 +89,9 @@ static enum tw_status count_lines(struct obj *obj)
 			coords++;
 		else if (is_name(keyword))
 			obj->label_limit[label_of(keyword)]++;
-		else if (keyword == LINE_OTHER)
+		else if (keyword == LINE_OTHER && others++ == 0)
+			first_other = number;
+		if (keyword == LINE_OTHER)
 			warning_add(&obj->report->warnings, "lines-ignored", "line", number,
 				    "lines that begin with an unknown word were ignored");
 		if (keyword != LINE_FACE)
@@ -97,6 +100,11 @@ static enum tw_status count_lines(struct obj *obj)
 		while (text_next_word(&line, &word))
 			corners++;
 	}
+	if (others > vertices + coords + polygons)
+		return fail_at_line(
+			obj->error, "mesh-unknown-format", first_other,
+			"this is no mesh: the lines of an OBJ begin with v (x y z), vt (u v) and f (corners), a "
+			"PLY begins with `ply`, an OFF with `OFF`, a text STL with `solid`; export one of these");
 	enum tw_status status = check_counts(vertices, polygons, obj->error);
 	if (status == TW_OK) /* a vertex lies in few pieces, a face has few corners */
 		status = check_counts(coords / 4, corners / 4, obj->error);

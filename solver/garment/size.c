@@ -70,9 +70,10 @@ static enum tw_status refuse_unit(const struct draft *draft, const struct soup *
 	if (unit == UNITS && length * mm > largest_mm)
 		return refuse_vertex(draft, worn, length, mm);
 	if (unit == UNITS)
-		return tw_fail(draft->error, TW_ERROR_INPUT, "mesh-unit", "unit",
-			       "the garment is %.4g mm long, which no garment is in any unit that is known here; scale it",
-			       length * mm);
+		return tw_fail(
+			draft->error, TW_ERROR_INPUT, "mesh-unit", "unit",
+			"the garment is %.4g mm long, which no garment is in any unit that is known here; scale it",
+			length * mm);
 	return tw_fail(
 		draft->error, TW_ERROR_INPUT, "mesh-unit", "unit",
 		"the garment is %.4g mm long, which no garment is: the file looks like %s; import it with unit = "

@@ -4,8 +4,8 @@
  * Voß 2001).
  *
  * Strict: what could change the problem is refused, never skipped (arcs, fractional weights, presolved parts, degree
- * limits); only sections Comment, Coordinates and Tree Decomposition are passed over, and edges from a vertex to itself,
- * which no tree has. Announced counts must hold. Keywords are read in any case, lines with any end. */
+ * limits); only sections Comment, Coordinates and Tree Decomposition are passed over, and edges from a vertex to
+ * itself, which no tree has. Announced counts must hold. Keywords are read in any case, lines with any end. */
 #ifndef SOLVER_GRAPH_STEINER_FILE_H
 #define SOLVER_GRAPH_STEINER_FILE_H
 

@@ -1,5 +1,6 @@
 #include "solver/motion/motion.h"
 
+#include "solver/foreign.h"
 #include "solver/motion/reader.h"
 
 #include <math.h>
@@ -39,10 +40,13 @@ static enum tw_status find_format(struct motion_reader *reader, enum motion_form
 	if (got == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL, "the file is empty");
 	*format = sniff(bytes, got, reader->expected);
+	const char *foreign = *format == MOTION_SNIFF ? foreign_kind(bytes, got) : NULL;
 	if (*format == MOTION_SNIFF)
-		return tw_fail(error, TW_ERROR_INPUT, "motion-unknown-format", "byte 0",
-			       "the file is none of PC2, MDD with the garment's vertices, a packed motion, and an OBJ "
-			       "sequence as an uncompressed tar");
+		return tw_fail(
+			error, TW_ERROR_INPUT, "motion-unknown-format", "byte 0",
+			"the file is %s%snone of PC2, MDD with the garment's vertices, a packed motion, and an OBJ "
+			"sequence as an uncompressed tar",
+			foreign ? foreign : "", foreign ? ". It is " : "");
 	return TW_OK;
 }
 

@@ -542,6 +542,41 @@ static void pieces_that_lie_mirrored_on_each_other_are_named(void **state)
 	mirrored = false;
 }
 
+/* What is no mesh is told what meshes look like, or what it is. */
+static void what_is_no_mesh_is_told_so(void **state)
+{
+	struct fixture *f = *state;
+	static const struct {
+		const char *bytes, *says;
+		size_t size; /* 0: that of the string */
+	} rows[] = {
+		{"Dear team,\n\nplease find the suit attached.\n", "begin with v", 0},
+		{"# Suit\n\nv for the vest,\nwe thought of sleeves\nand of collars\n", "begin with v", 0},
+		{"name,x,y,z\na,1,2,3\n", "begin with v", 0},
+		{"{\"vertices\": []}", "JSON", 0},
+		{"<!DOCTYPE html><html></html>", "web page", 0},
+		{"PK\3\4\24\0\0\0\10\0", "zip", 10},
+		{"\x1f\x8b\10\0\0\0\0\0", "gzip", 8},
+		{"glTF\2\0\0\0", "glTF", 8},
+		{"Kaydara FBX Binary  \0", "FBX", 21},
+		{"POINTCACHE2\0\1\0\0\0", "motion", 16},
+		{"\xff\xfev\0 \0", "UTF-16", 6},
+	};
+	struct import_options options;
+	option_defaults(&import_option_table, &options);
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		size_t size = rows[i].size ? rows[i].size : strlen(rows[i].bytes);
+		char *bytes = malloc(size);
+		memcpy(bytes, rows[i].bytes, size);
+		struct garment_source source = {bytes, size, MESH_SNIFF, NULL};
+		assert_int_equal(garment_import(&f->garment, f->arena, &source, NULL, &options, &f->report, &f->error),
+				 TW_ERROR_INPUT);
+		free(bytes);
+		if (strcmp(f->error.type, "mesh-unknown-format") != 0 || !strstr(f->error.text, rows[i].says))
+			fail_msg("row %zu: %s: %s", i, f->error.type, f->error.text);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -554,6 +589,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(positions_per_corner_are_one_but_for_the_last_digit, setup, teardown),
 		cmocka_unit_test_setup_teardown(shared_positions_do_not_depend_on_the_order_of_faces, setup, teardown),
 		cmocka_unit_test_setup_teardown(pieces_that_lie_mirrored_on_each_other_are_named, setup, teardown),
+		cmocka_unit_test_setup_teardown(what_is_no_mesh_is_told_so, setup, teardown),
 		cmocka_unit_test_setup_teardown(wedges_that_do_not_fit_their_face_are_errors, setup, teardown),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
