@@ -31,8 +31,11 @@ enum tw_status draft_check_scale(struct draft *draft, const struct import_option
  * false where that cannot be (it crosses itself or runs clockwise), and then a fan. */
 bool polygon_cut(const double *xy, uint32_t count, uint32_t *triangles);
 
-/* Joins hem vertices that lie within `weld_mm`; with 0 only warns of those at the same place. */
+/* Joins hem vertices that lie within `weld_mm`; 0 joins none. */
 enum tw_status draft_weld(struct draft *draft, double weld_mm) TW_NODISCARD;
+
+/* The warning "seams-open" where hems lie along each other, with their length. */
+enum tw_status draft_warn_of_open_seams(struct draft *draft, double weld_mm) TW_NODISCARD;
 
 /* Equal pattern positions at a vertex become one, then edges are built and must have at most two faces, in opposite
  * directions. */

@@ -69,6 +69,8 @@ static enum tw_status run_stages(struct draft *draft, const struct soup *worn, c
 	if (status == TW_OK)
 		status = draft_weld(draft, options->weld_mm);
 	if (status == TW_OK)
+		status = draft_warn_of_open_seams(draft, options->weld_mm);
+	if (status == TW_OK)
 		status = draft_find_pieces(draft);
 	if (status == TW_OK)
 		status = draft_check_faces(draft, (enum mirrored_pieces)options->mirrored_pieces);

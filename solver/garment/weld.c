@@ -122,22 +122,14 @@ static enum tw_status check_collapse(const struct draft *draft)
 	return TW_OK;
 }
 
-static enum tw_status weld(struct draft *draft, double weld_mm, uint32_t *parent, uint32_t joined)
+static enum tw_status weld(struct draft *draft, uint32_t *parent)
 {
-	for (uint32_t v = 0; v < draft->garment.vertex_count && joined > 0; v++) {
-		if (parent[v] == v)
-			continue;
-		if (weld_mm > 0)
+	for (uint32_t v = 0; v < draft->garment.vertex_count; v++) {
+		if (parent[v] != v)
 			warning_add(&draft->report->warnings, "vertices-welded", "vertex", v,
 				    "hem vertices at the place of another were sewn to it; frames of motions keep the "
 				    "file's vertices");
-		else
-			warning_add(&draft->report->warnings, "seams-open", "vertex", v,
-				    "hem vertices at the place of another are not joined to it; if they are a seam, "
-				    "import again with weld_mm, or wires cannot cross it");
 	}
-	if (joined == 0 || weld_mm == 0)
-		return TW_OK;
 	enum tw_status status = renumber(draft, parent);
 	if (status == TW_OK)
 		status = check_collapse(draft);
@@ -146,11 +138,13 @@ static enum tw_status weld(struct draft *draft, double weld_mm, uint32_t *parent
 
 enum tw_status draft_weld(struct draft *draft, double weld_mm)
 {
+	if (weld_mm == 0)
+		return TW_OK;
 	uint32_t *parent = ARENA_ARRAY(draft->arena, draft->garment.vertex_count, uint32_t);
 	struct hem_vertex *hem = ARENA_ARRAY(draft->arena, draft->garment.vertex_count, struct hem_vertex);
 	if (!parent || !hem)
 		return tw_fail_memory(draft->error);
 	uint32_t joined = 0;
 	enum tw_status status = join(draft, weld_mm, parent, hem, &joined);
-	return status == TW_OK ? weld(draft, weld_mm, parent, joined) : status;
+	return status == TW_OK && joined > 0 ? weld(draft, parent) : status;
 }

@@ -428,6 +428,58 @@ static void open_seams_are_reported(void **state)
 	assert_int_equal(warning(f, "seams-open")->count, 2);
 }
 
+/* Two panels of 300 mm, bent around a cylinder, that meet along a curve of `left` and `right` chords. */
+static void make_panels(char *text, size_t room, int left, int right, double radius)
+{
+	size_t size = 0;
+	int chords[2] = {left, right}, first[2] = {1, 1 + 2 * (left + 1)};
+	for (int panel = 0; panel < 2; panel++) {
+		for (int i = 0; i <= chords[panel]; i++) {
+			double y = 300.0 * i / chords[panel], turn = radius > 0 ? y / radius : 0;
+			for (int side = 0; side < 2; side++)
+				size += (size_t)snprintf(text + size, room - size, "v %.9f %.9f %.9f\nvt %d %.9f\n",
+							 100.0 * (panel + side), radius > 0 ? radius * sin(turn) : y,
+							 radius > 0 ? radius * (1 - cos(turn)) : 0.0,
+							 100 * (panel + side) + 20 * panel, y);
+		}
+	}
+	for (int panel = 0; panel < 2; panel++) {
+		for (int i = 0; i < chords[panel]; i++) {
+			int a = first[panel] + 2 * i;
+			size += (size_t)snprintf(text + size, room - size, "f %d/%d %d/%d %d/%d\nf %d/%d %d/%d %d/%d\n",
+						 a, a, a + 1, a + 1, a + 3, a + 3, a, a, a + 3, a + 3, a + 2, a + 2);
+		}
+	}
+}
+
+/* Where the two sides of a seam have other vertices, what stays open is said with its length; curves too. */
+static void a_seam_that_stays_open_is_reported_with_its_length(void **state)
+{
+	struct fixture *f = *state;
+	char text[8192];
+	f->options.weld_mm = 0.01;
+	for (int curved = 0; curved < 2; curved++) {
+		double radius = curved ? 300 : 0;
+		make_panels(text, sizeof text, 8, 9, radius);
+		assert_imports(f, text);
+		assert_int_equal(f->report.seam_edges, 0);
+		const struct warning *open = warning(f, "seams-open");
+		assert_non_null(open);
+		assert_int_equal(open->count, 8 + 9);
+		const char *length = strstr(open->text, "for ");
+		assert_non_null(length);
+		assert_true(fabs(strtod(length + 4, NULL) - 300) < 3);
+		make_panels(text, sizeof text, 8, 8, radius);
+		assert_imports(f, text);
+		assert_int_equal(f->report.seam_edges, 8);
+		assert_null(warning(f, "seams-open"));
+		/* a half of the vertices in common: sewn where edges coincide, which is nowhere here */
+		make_panels(text, sizeof text, 4, 8, radius);
+		assert_imports(f, text);
+		assert_non_null(warning(f, "seams-open"));
+	}
+}
+
 static void positions_written_once_a_corner_are_shared(void **state)
 {
 	struct fixture *f = *state;
@@ -537,6 +589,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(polygons_are_cut_into_triangles, setup, teardown),
 		cmocka_unit_test_setup_teardown(doubled_vertices_are_welded_within_the_tolerance, setup, teardown),
 		cmocka_unit_test_setup_teardown(open_seams_are_reported, setup, teardown),
+		cmocka_unit_test_setup_teardown(a_seam_that_stays_open_is_reported_with_its_length, setup, teardown),
 		cmocka_unit_test_setup_teardown(positions_written_once_a_corner_are_shared, setup, teardown),
 		cmocka_unit_test_setup_teardown(two_layers_are_refused_with_advice, setup, teardown),
 		cmocka_unit_test_setup_teardown(refined_garment_has_the_same_area_and_moves_with_the_file, setup,
