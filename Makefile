@@ -197,7 +197,7 @@ lint: deps-lint format-check ## layering, formatting, clang-tidy, cppcheck
 		--suppress=missingIncludeSystem -I. -D_GNU_SOURCE -DTW_NODISCARD= $(filter %.c,$(call sources,$(rooms)))
 	@echo "lint: clean"
 
-formatted = $(shell git ls-files '*.c' '*.h' '*.cc' 2>/dev/null)
+formatted = tightwire.h $(sort $(shell find $(rooms) tests -name node_modules -prune -o -name '*.[ch]' -print -o -name '*.cc' -print))
 format: ## clang-format in place
 	$(Q)clang-format -i $(formatted)
 

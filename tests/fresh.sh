@@ -147,14 +147,14 @@ lend_repository() {
 }
 quietly "the repository at $(git -c safe.directory='*' log -1 --format=%h)" lend_repository
 
-command() { # WHAT COMMAND
+must() { # WHAT COMMAND
 	quietly "$1" inside "$2" && return
 	! grep -q '^deps: a download did not arrive' "$log" || skip 'a download did not arrive'
 	echo "fresh: FAILED: $1"
 	exit 1
 }
-command 'git clone' 'cd && git clone /srv/tightwire.git'
-command 'make demo' 'cd ~/tightwire && make demo'
+must 'git clone' 'cd && git clone /srv/tightwire.git'
+must 'make demo' 'cd ~/tightwire && make demo'
 sed -n '/^ *weight/,/^$/p' "$log"
-command 'make test' 'cd ~/tightwire && make test'
+must 'make test' 'cd ~/tightwire && make test'
 echo "fresh: $(tail -n 1 "$log"), after \`make demo\`, on a fresh Debian 12"

@@ -1,6 +1,5 @@
 /* tightwire rig: the process that reads the acquisition box. */
 #include "service/command/command.h"
-#include "service/rig/line.h"
 #include "service/rig/reader.h"
 #include "solver/option.h"
 #include "storage/queue.h"
@@ -48,7 +47,10 @@ static void print_help(void)
 	       "queued.\n"
 	       "Connects again by itself. Ends on SIGTERM or SIGINT; an unfinished recording goes back to the "
 	       "queue.\n\n"
-	       "  --device URL\n      tcp://HOST:PORT; or " RIG_LINE_USAGE " (environment TIGHTWIRE_DEVICE)\n"
+	       "  --device URL\n      tcp://HOST:PORT, or a serial line, "
+	       "rtu:/dev/NAME?baud=115200&parity=even&data=8&stop=1: "
+	       "what is left out is as here\n"
+	       "      parity none, even or odd; 7 or 8 data bits; 1 or 2 stop bits (environment TIGHTWIRE_DEVICE)\n"
 	       "  --store URL\n      the service's store (environment TIGHTWIRE_STORE; default sqlite:tightwire.db)\n",
 	       RIG_CHANNELS);
 	option_print_help(&table, stdout);
