@@ -10,6 +10,9 @@
 #define BLOB_CHUNK (1u << 20)
 #define BLOB_NAME_SIZE 128
 
+/* The type of the error that says that stored bytes are not what was written. */
+#define BLOB_DAMAGED "stored-bytes-damaged"
+
 enum blob_role {
 	BLOB_UPLOAD,   /* name: the part, "worn" "pattern" "motion" "frames"; media_type: as the client said */
 	BLOB_ARRAY,    /* name: the array's; with type, columns and rows */

@@ -21,7 +21,7 @@ enum tw_status chunk_seal(struct store *store, int64_t blob, const struct conten
 {
 	struct sql q = sql_query(store, "UPDATE blob SET hash = ?, hash_state = NULL, touched_ms = ? WHERE number = ?");
 	sql_bind_bytes(&q, hash->bytes, sizeof hash->bytes);
-	sql_bind_int(&q, store_now_ms(store));
+	sql_bind_int(&q, store_lease_now_ms(store));
 	sql_bind_int(&q, blob);
 	return sql_run(&q, NULL, error);
 }
@@ -38,7 +38,7 @@ static enum tw_status insert_row(struct store *store, int64_t resource, const st
 	sql_bind_int(&q, blob->columns);
 	sql_bind_int(&q, (int64_t)blob->rows);
 	sql_bind_int(&q, (int64_t)blob->size);
-	sql_bind_int(&q, store_now_ms(store));
+	sql_bind_int(&q, store_lease_now_ms(store));
 	return sql_run(&q, NULL, error);
 }
 

@@ -7,6 +7,9 @@
 
 #include <inttypes.h>
 
+/* A job that takes all the memory of a machine kills service and worker at once, and must end some day too. */
+enum { INTERRUPTIONS_FREE = 10 };
+
 static enum tw_status fail_lost(const struct job_ticket *ticket, struct tw_error *error)
 {
 	return tw_fail(error, TW_ERROR_CONFLICT, "lease-lost", NULL,
@@ -71,8 +74,8 @@ enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kin
 {
 	char id[STORE_ID_SIZE];
 	id_random(id, "job");
-	struct sql q = sql_query(store, "INSERT INTO job(id, resource, kind, state, priority, attempts_max, created_ms)"
-					" VALUES (?, ?, ?, " SQL_QUEUED ", ?, ?, ?)");
+	struct sql q = sql_query(store, "INSERT INTO job(id, resource, kind, state, priority, attempts_max,"
+					" room_bytes, created_ms) VALUES (?, ?, ?, " SQL_QUEUED ", ?, ?, ?, ?)");
 	sql_bind_text(&q, id);
 	if (resource)
 		sql_bind_int(&q, resource);
@@ -81,20 +84,45 @@ enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kin
 	sql_bind_int(&q, kind);
 	sql_bind_int(&q, priority);
 	sql_bind_int(&q, attempts_max);
+	sql_bind_int(&q, (int64_t)job_kind_row(kind)->room_bytes);
 	sql_bind_int(&q, store_now_ms(store));
 	enum tw_status status = sql_run(&q, NULL, error);
 	return status == TW_OK && resource ? count_needs(store, resource, error) : status;
 }
 
-enum tw_status job_state_put_back(struct store *store, int64_t job, int attempts_back, int64_t not_before_ms,
-				  struct tw_error *error)
+enum tw_status job_state_expect_room(struct store *store, int64_t resource, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "UPDATE job SET state = " SQL_QUEUED ", attempts = attempts - ?,"
-					" not_before_ms = ?, lease_until_ms = 0, progress = 0, stage = ''"
-					" WHERE number = ?");
-	sql_bind_int(&q, attempts_back);
-	sql_bind_int(&q, not_before_ms);
+	struct sql q =
+		sql_query(store, "UPDATE job SET room_bytes = room_bytes"
+				 " + (SELECT coalesce(sum(size), 0) FROM blob WHERE resource = ?1)"
+				 " + (SELECT coalesce(sum(b.size), 0) FROM need n JOIN blob b ON b.resource = n.needed"
+				 "    WHERE n.resource = ?1 AND n.position = 0 AND b.role = ?2)"
+				 " WHERE resource = ?1");
+	sql_bind_int(&q, resource);
+	sql_bind_int(&q, BLOB_ARRAY);
+	return sql_run(&q, NULL, error);
+}
+
+enum tw_status job_state_put_back(struct store *store, int64_t job, enum job_blame blame, int64_t pause_ms,
+				  uint64_t room_bytes, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "UPDATE job SET state = " SQL_QUEUED ", attempts = attempts - ?1,"
+					" interruptions = interruptions + ?2, not_before_ms = ?3,"
+					" room_bytes = CASE WHEN ?4 > room_bytes THEN ?4 ELSE room_bytes END,"
+					" lease_until_ms = 0, progress = 0, stage = '' WHERE number = ?5");
+	sql_bind_int(&q, blame != JOB_BLAMED);
+	sql_bind_int(&q, blame == JOB_INTERRUPTED);
+	sql_bind_int(&q, pause_ms ? store_lease_now_ms(store) + pause_ms : 0);
+	sql_bind_int(&q, room_bytes < INT64_MAX ? (int64_t)room_bytes : INT64_MAX);
 	sql_bind_int(&q, job);
+	return sql_run(&q, NULL, error);
+}
+
+enum tw_status job_state_end_pauses(struct store *store, int64_t now_ms, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "UPDATE job SET not_before_ms = 0 WHERE state = " SQL_QUEUED
+					" AND not_before_ms > 0 AND not_before_ms <= ?");
+	sql_bind_int(&q, now_ms);
 	return sql_run(&q, NULL, error);
 }
 
@@ -114,7 +142,8 @@ static enum tw_status queue_again(struct store *store, int64_t job, struct tw_er
 		"WITH RECURSIVE up(resource) AS (SELECT resource FROM job WHERE number = ?1"
 		" UNION SELECT n.needed FROM need n JOIN up ON n.resource = up.resource"
 		"  JOIN job m ON m.resource = n.needed WHERE m.state IN " SQL_REDRIVABLE ")"
-		" UPDATE job SET state = " SQL_QUEUED ", attempts = 0, not_before_ms = 0, cancel_requested = 0,"
+		" UPDATE job SET state = " SQL_QUEUED ", attempts = 0, interruptions = 0, not_before_ms = 0,"
+		" cancel_requested = 0,"
 		" progress = 0, stage = '', partial = NULL, failure_status = 0, failure_type = '',"
 		" failure_where = '', failure_text = '', started_ms = 0, finished_ms = 0, worker = ''"
 		" WHERE +state IN " SQL_REDRIVABLE " AND (number = ?1 OR resource IN (SELECT resource FROM up))");
@@ -140,8 +169,8 @@ enum tw_status job_state_redrive(struct store *store, int64_t job, struct tw_err
 
 /* --- running ---------------------------------------------------------------------------------------------------- */
 
-enum tw_status job_state_take(struct store *store, int64_t job, const char *worker, int64_t now_ms,
-			      struct job_ticket *ticket, struct tw_error *error)
+enum tw_status job_state_take(struct store *store, int64_t job, const char *worker, struct job_ticket *ticket,
+			      struct tw_error *error)
 {
 	struct sql q = sql_query(store, "UPDATE job SET state = " SQL_RUNNING
 					", attempts = attempts + 1, fence = fence + 1, worker = ?,"
@@ -149,8 +178,8 @@ enum tw_status job_state_take(struct store *store, int64_t job, const char *work
 					" RETURNING number, fence, kind, attempts, id,"
 					" (SELECT id FROM resource WHERE number = job.resource)");
 	sql_bind_text(&q, worker);
-	sql_bind_int(&q, now_ms + ticket->lease_ms);
-	sql_bind_int(&q, now_ms);
+	sql_bind_int(&q, store_lease_now_ms(store) + ticket->lease_ms);
+	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, job);
 	if (sql_step(&q)) {
 		ticket->number = sql_int(&q);
@@ -163,20 +192,26 @@ enum tw_status job_state_take(struct store *store, int64_t job, const char *work
 	return sql_run(&q, NULL, error);
 }
 
+void job_state_read_run(struct sql *q, struct job_run *run)
+{
+	run->number = sql_int(q);
+	run->attempts = sql_int(q);
+	run->attempts_max = sql_int(q);
+	run->interruptions = sql_int(q);
+	run->lease_until_ms = sql_int(q);
+	run->cancel_requested = sql_int(q);
+}
+
 enum tw_status job_state_check(struct store *store, const struct job_ticket *ticket, struct job_run *run,
 			       struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number, attempts, attempts_max, cancel_requested FROM job"
-					" WHERE number = ? AND fence = ? AND state = " SQL_RUNNING);
+	struct sql q = sql_query(store, "SELECT " JOB_RUN_COLUMNS
+					" FROM job WHERE number = ? AND fence = ? AND state = " SQL_RUNNING);
 	sql_bind_int(&q, ticket->number);
 	sql_bind_int(&q, ticket->fence);
 	bool own = sql_step(&q);
-	if (own) {
-		run->number = sql_int(&q);
-		run->attempts = sql_int(&q);
-		run->attempts_max = sql_int(&q);
-		run->cancel_requested = sql_int(&q);
-	}
+	if (own)
+		job_state_read_run(&q, run);
 	enum tw_status status = sql_end(&q, error);
 	return status == TW_OK && !own ? fail_lost(ticket, error) : status;
 }
@@ -187,7 +222,7 @@ enum tw_status job_state_renew(struct store *store, const struct job_ticket *tic
 	struct sql q = sql_query(store, "UPDATE job SET lease_until_ms = ?, progress = ?, stage = coalesce(?, stage),"
 					" partial = coalesce(?, partial) WHERE number = ? AND fence = ?"
 					" AND state = " SQL_RUNNING " RETURNING cancel_requested");
-	sql_bind_int(&q, store_now_ms(store) + ticket->lease_ms);
+	sql_bind_int(&q, store_lease_now_ms(store) + ticket->lease_ms);
 	sql_bind_real(&q, progress);
 	sql_bind_text(&q, stage);
 	sql_bind_text(&q, partial);
@@ -206,25 +241,24 @@ enum tw_status job_state_ask_to_stop(struct store *store, int64_t job, struct tw
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status job_state_abandon(struct store *store, const char *worker, struct tw_error *error)
-{
-	struct sql q =
-		sql_query(store, "UPDATE job SET lease_until_ms = 0 WHERE state = " SQL_RUNNING " AND worker = ?");
-	sql_bind_text(&q, worker);
-	return sql_run(&q, NULL, error);
-}
-
-enum tw_status job_state_expire(struct store *store, const struct job_run *run, struct tw_error *error)
+enum tw_status job_state_crash(struct store *store, const struct job_run *run, struct tw_error *error)
 {
 	struct tw_error failure = {0};
 	if (run->cancel_requested)
 		return job_state_end(store, run->number, JOB_CANCELLED, NULL, error);
 	if (run->attempts < run->attempts_max)
-		return job_state_put_back(store, run->number, 0, 0, error);
+		return job_state_put_back(store, run->number, JOB_BLAMED, 0, 0, error);
 	(void)tw_fail(&failure, TW_ERROR_INTERNAL, "attempts-exhausted", NULL,
 		      "every one of the %" PRId64 " workers that tried it died or hung; redrive it to try again",
 		      run->attempts);
 	return job_state_end(store, run->number, JOB_FAILED, &failure, error);
+}
+
+enum tw_status job_state_interrupt(struct store *store, const struct job_run *run, struct tw_error *error)
+{
+	if (run->cancel_requested || run->interruptions >= INTERRUPTIONS_FREE)
+		return job_state_crash(store, run, error);
+	return job_state_put_back(store, run->number, JOB_INTERRUPTED, 0, 0, error);
 }
 
 /* --- the end ---------------------------------------------------------------------------------------------------- */

@@ -29,7 +29,16 @@ static_assert(JOB_QUEUED == 0 && JOB_RUNNING == 1 && JOB_SUCCEEDED == 2 && JOB_F
 struct job_run {
 	int64_t number;
 	int64_t attempts, attempts_max;
+	int64_t interruptions;
+	int64_t lease_until_ms;
 	bool cancel_requested;
+};
+
+/* Why a running job goes back into the queue: whether the attempt counts. */
+enum job_blame {
+	JOB_BLAMED,      /* it counts */
+	JOB_SPARED,      /* it does not */
+	JOB_INTERRUPTED, /* it does not either, but is remembered */
 };
 
 /* A new job of the resource that has this number, or of none where it is 0; queued, and waiting for what the resource
@@ -37,10 +46,15 @@ struct job_run {
 enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kind kind, int32_t priority,
 			     uint32_t attempts_max, struct tw_error *error) TW_NODISCARD;
 
-/* queued → running: an attempt, with a lease of ticket->lease_ms from `now_ms` and a new fence. Fills the rest of the
+/* What the result of the resource's job will take: as usual for its kind, and as much again as its uploads and the
+ * arrays of the first that it is made from, because it has an array for each of theirs or keeps them in another form.
+ */
+enum tw_status job_state_expect_room(struct store *store, int64_t resource, struct tw_error *error) TW_NODISCARD;
+
+/* queued → running: an attempt, with a lease of ticket->lease_ms and a new fence. Fills the rest of the
  * ticket. */
-enum tw_status job_state_take(struct store *store, int64_t job, const char *worker, int64_t now_ms,
-			      struct job_ticket *ticket, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_state_take(struct store *store, int64_t job, const char *worker, struct job_ticket *ticket,
+			      struct tw_error *error) TW_NODISCARD;
 
 /* Whether the ticket still holds its job: it is running with the ticket's fence. TW_ERROR_CONFLICT "lease-lost". */
 enum tw_status job_state_check(struct store *store, const struct job_ticket *ticket, struct job_run *run,
@@ -50,15 +64,24 @@ enum tw_status job_state_check(struct store *store, const struct job_ticket *tic
 enum tw_status job_state_renew(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
 			       const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
 
-/* running → queued, to be claimed from `not_before_ms` on. `attempts_back` is 1 when the attempt does not count. */
-enum tw_status job_state_put_back(struct store *store, int64_t job, int attempts_back, int64_t not_before_ms,
-				  struct tw_error *error) TW_NODISCARD;
+/* running → queued, to be claimed `pause_ms` from now, and where there is room for `room_bytes` (0: as before). */
+enum tw_status job_state_put_back(struct store *store, int64_t job, enum job_blame blame, int64_t pause_ms,
+				  uint64_t room_bytes, struct tw_error *error) TW_NODISCARD;
 
-/* running → queued, or failed with "attempts-exhausted", or cancelled: its lease ran out. */
-enum tw_status job_state_expire(struct store *store, const struct job_run *run, struct tw_error *error) TW_NODISCARD;
+/* running → queued, or failed with "attempts-exhausted", or cancelled: its worker died of it, or hung. */
+enum tw_status job_state_crash(struct store *store, const struct job_run *run, struct tw_error *error) TW_NODISCARD;
 
-/* The leases of a worker run out now. */
-enum tw_status job_state_abandon(struct store *store, const char *worker, struct tw_error *error) TW_NODISCARD;
+/* running → queued, or cancelled: its worker went with the service or the machine, which is not the job's fault. Where
+ * that has happened ten times, it may be after all, and counts as a crash. */
+enum tw_status job_state_interrupt(struct store *store, const struct job_run *run, struct tw_error *error) TW_NODISCARD;
+
+/* Reads a job_run from the columns JOB_RUN_COLUMNS of a query. */
+#define JOB_RUN_COLUMNS "number, attempts, attempts_max, interruptions, lease_until_ms, cancel_requested"
+struct sql;
+void job_state_read_run(struct sql *q, struct job_run *run);
+
+/* queued → queued: those whose pause is over may be claimed. */
+enum tw_status job_state_end_pauses(struct store *store, int64_t now_ms, struct tw_error *error) TW_NODISCARD;
 
 /* queued or running → a final state. Succeeded: what waited for it may go on; else what waited for it fails. `failure`
  * counts for failed only, and may be NULL. */

@@ -42,19 +42,65 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struc
 	return status;
 }
 
+/* The part of the list that is of one kind and state. */
+static enum tw_status list_part(struct store *store, enum job_kind kind, enum job_state state, int64_t cursor,
+				struct row_numbers *list, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_kind WHERE kind = ? AND state = ?"
+					" AND number < ? ORDER BY number DESC LIMIT ?");
+	sql_bind_int(&q, kind);
+	sql_bind_int(&q, state);
+	sql_bind_int(&q, cursor);
+	sql_bind_int(&q, (int64_t)list->limit);
+	return row_merge(list, &q, error);
+}
+
+static enum tw_status list_state(struct store *store, enum job_state state, int64_t cursor, struct row_numbers *list,
+				 struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE state = ? AND number < ?"
+					" ORDER BY number DESC LIMIT ?");
+	sql_bind_int(&q, state);
+	sql_bind_int(&q, cursor);
+	sql_bind_int(&q, (int64_t)list->limit);
+	return row_merge(list, &q, error);
+}
+
+static enum tw_status list_numbers(struct store *store, const struct job_query *query, struct row_numbers *list,
+				   struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	int64_t cursor = query->cursor > 0 ? query->cursor : INT64_MAX;
+	for (enum job_state state = 0; status == TW_OK && state < JOB_STATES; state++) {
+		if (query->states && !(query->states >> state & 1))
+			continue;
+		if (!query->kinds)
+			status = list_state(store, state, cursor, list, error);
+		for (enum job_kind kind = 0; status == TW_OK && kind < JOB_KINDS; kind++)
+			if (query->kinds >> kind & 1)
+				status = list_part(store, kind, state, cursor, list, error);
+	}
+	return status;
+}
+
 enum tw_status job_list(struct store *store, const struct job_query *query, struct job_page *page,
 			struct tw_error *error)
 {
-	uint32_t limit = row_page_limit(query->limit);
-	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS
-					" FROM job j LEFT JOIN resource r ON r.number = j.resource WHERE j.number < ?1"
-					" AND (?2 = 0 OR ?2 >> j.kind & 1) AND (?3 = 0 OR ?3 >> j.state & 1)"
-					" ORDER BY j.number DESC LIMIT ?4");
-	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
-	sql_bind_int(&q, query->kinds);
-	sql_bind_int(&q, query->states);
-	sql_bind_int(&q, limit + 1);
-	return read_page(&q, limit, true, page, error);
+	struct row_numbers list;
+	struct row_page read = {0};
+	enum tw_status status = row_numbers_init(&list, row_page_limit(query->limit) + 1, error);
+	if (status == TW_OK)
+		status = list_numbers(store, query, &list, error);
+	if (status == TW_OK)
+		status = row_read_numbers(store, &list,
+					  "SELECT " ROW_JOB_COLUMNS " FROM job j LEFT JOIN resource r"
+					  " ON r.number = j.resource WHERE j.number = ?",
+					  sizeof *page->jobs, read_job, &read, error);
+	row_numbers_clear(&list);
+	*page = (struct job_page){read.rows, read.count, read.more ? read.last : 0};
+	if (status != TW_OK)
+		job_page_clear(page);
+	return status;
 }
 
 static enum tw_status newest_change(struct store *store, int64_t *change, struct tw_error *error)
@@ -86,11 +132,11 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 enum tw_status job_count(struct store *store, struct job_counts *counts, struct tw_error *error)
 {
 	memset(counts, 0, sizeof *counts);
-	struct sql q = sql_query(store, "SELECT state, count(*) FROM job GROUP BY state");
+	struct sql q = sql_query(store, "SELECT state, count FROM job_count");
 	while (sql_step(&q)) {
 		int64_t state = sql_int(&q);
 		if (state >= 0 && state < JOB_STATES)
-			counts->by_state[state] = (uint64_t)sql_int(&q);
+			counts->by_state[state] += (uint64_t)sql_int(&q);
 	}
 	enum tw_status status = sql_end(&q, error);
 	if (status != TW_OK)

@@ -81,12 +81,12 @@ static const struct resource_kind_row resource_kinds[] = {
 
 #define MIB (UINT64_C(1) << 20)
 
-/* Room: the generated suit of 23,460 vertices and its motions of 300 frames; a layout of 36 terminals with drawings; a
- * recording of an hour. */
+/* Room: what comes on top of the size of uploads and arrays that it is made from (job_state_expect_room); a layout of 36
+ * terminals with drawings, and a recording of an hour. */
 static const struct job_kind_row job_kinds[] = {
-	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH, 16 * MIB},
-	{JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION, 32 * MIB},
-	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD, 8 * MIB},
+	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH, 2 * MIB},
+	{JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION, 2 * MIB},
+	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD, 2 * MIB},
 	{JOB_COMPUTE_LAYOUT, "compute_layout", RESOURCE_LAYOUT, 8 * MIB},
 	{JOB_RECORD, "record", RESOURCE_RECORDING, 16 * MIB},
 };

@@ -60,7 +60,7 @@ struct job_kind_row {
 	enum job_kind kind;
 	const char *name;            /* "import_mesh" */
 	enum resource_kind resource; /* what it makes, or RESOURCE_NONE */
-	uint64_t room_bytes;         /* what its result usually takes in the store, rounded up */
+	uint64_t room_bytes;         /* what its result takes beside what grows with its input, rounded up */
 };
 
 const struct resource_kind_row *resource_kind_row(enum resource_kind kind);

@@ -3,7 +3,11 @@
  * Exactly once: a claim gives a lease and a fence, a number that grows with every claim of the job. Whatever a worker
  * writes about a job names its fence; once the lease has run out and somebody else has claimed, the old fence is
  * refused with TW_ERROR_CONFLICT "lease-lost", so a result is written by one worker only, in the transaction that ends
- * the job. A worker that dies leaves nothing but a lease that runs out. */
+ * the job. A worker that dies leaves nothing but a lease that runs out.
+ *
+ * An attempt is charged when the job is claimed, and given back when it was not the job's fault that nothing came of
+ * it: the worker was asked to leave, the service or the machine went down with it, the disk was full or failed. What
+ * remains charged is what the job itself may have done: its worker crashed or hung, or its memory did not suffice. */
 #ifndef STORAGE_QUEUE_H
 #define STORAGE_QUEUE_H
 
@@ -11,7 +15,8 @@
 #include "storage/result.h"
 
 /* Takes the most urgent job (highest priority, then oldest) of the kinds, for `lease_ms`. Leases that have run out are
- * put back first. `*found` false when there is none. An idle call takes no write lock. */
+ * put back first. Where there is no room for what a job is expected to leave, it is passed over, and claimed when there
+ * is. `*found` false when there is none. An idle call takes no write lock. */
 enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker, int64_t lease_ms,
 			 struct job_ticket *ticket, bool *found, struct tw_error *error) TW_NODISCARD;
 
@@ -32,15 +37,21 @@ enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, 
 			  struct tw_error *error) TW_NODISCARD;
 
 /* Ends the job as failed because of `failure`. With `retry` it goes back to the queue, after a pause that doubles with
- * each attempt, unless its attempts are used. TW_ERROR_CANCELLED as the failure's status ends it as cancelled. */
+ * each attempt, unless its attempts are used; the attempt counts. TW_ERROR_CANCELLED as the failure's status ends it as
+ * cancelled. */
 enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,
 			bool retry, struct tw_error *error) TW_NODISCARD;
 
 /* Gives an unfinished job back, and the attempt with it: the worker is asked to leave. */
 enum tw_status job_release(struct store *store, const struct job_ticket *ticket, struct tw_error *error) TW_NODISCARD;
 
-/* Ends the leases of a worker that is known to be dead, so that nobody waits for them to run out. For the supervisor.
- */
-enum tw_status job_abandon(struct store *store, const char *worker, struct tw_error *error) TW_NODISCARD;
+/* The same because the store failed: it is full, or cannot be written. The job is claimed again after a short pause,
+ * once there is room for `room_bytes`: what its result would have taken (result_size), 0 where that is not known. */
+enum tw_status job_put_off(struct store *store, const struct job_ticket *ticket, uint64_t room_bytes,
+			   struct tw_error *error) TW_NODISCARD;
+
+/* Takes back what a worker holds that is known to be dead, so that nobody waits for its leases to run out. `crashed`:
+ * it died by itself, with the job perhaps to blame, and the attempt counts; else it went with its service. */
+enum tw_status job_abandon(struct store *store, const char *worker, bool crashed, struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -46,29 +46,61 @@ static void read_resource(struct sql *q, void *resource)
 	row_read_resource(q, resource);
 }
 
+static enum tw_status list_state(struct store *store, const struct resource_query *query, enum job_state state,
+				 struct row_numbers *list, struct tw_error *error)
+{
+	struct sql q =
+		sql_query(store, "SELECT resource FROM job INDEXED BY job_by_resource_kind WHERE kind = ? AND state = ?"
+				 " AND resource < ? ORDER BY resource DESC LIMIT ?");
+	sql_bind_int(&q, resource_kind_row(query->kind)->job);
+	sql_bind_int(&q, state);
+	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
+	sql_bind_int(&q, (int64_t)list->limit);
+	return row_merge(list, &q, error);
+}
+
+/* What is made from a resource is found by that, and looked through for the state. */
+static enum tw_status list_needing(struct store *store, const struct resource_query *query, struct row_numbers *list,
+				   struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT DISTINCT n.resource FROM need n JOIN job j ON j.resource = n.resource"
+					" WHERE n.needed = (SELECT number FROM resource WHERE id = ?1)"
+					" AND n.resource < ?2 AND j.kind = ?3 AND (?4 = 0 OR ?4 >> j.state & 1)"
+					" ORDER BY n.resource DESC LIMIT ?5");
+	sql_bind_text(&q, query->needs);
+	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
+	sql_bind_int(&q, resource_kind_row(query->kind)->job);
+	sql_bind_int(&q, query->states);
+	sql_bind_int(&q, (int64_t)list->limit);
+	return row_merge(list, &q, error);
+}
+
+static enum tw_status list_numbers(struct store *store, const struct resource_query *query, struct row_numbers *list,
+				   struct tw_error *error)
+{
+	enum tw_status status = TW_OK;
+	if (query->needs)
+		return list_needing(store, query, list, error);
+	for (enum job_state state = 0; status == TW_OK && state < JOB_STATES; state++)
+		if (!query->states || query->states >> state & 1)
+			status = list_state(store, query, state, list, error);
+	return status;
+}
+
 enum tw_status resource_list(struct store *store, const struct resource_query *query, struct resource_page *page,
 			     struct tw_error *error)
 {
-	struct row_page read;
-	uint32_t limit = row_page_limit(query->limit);
-	struct sql q =
-		query->needs ? sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
-						" FROM resource r JOIN job j ON j.resource = r.number"
-						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
-						" AND r.number IN (SELECT n.resource FROM need n JOIN resource m ON "
-						"m.number = n.needed"
-						"  WHERE m.id = ?5) ORDER BY r.number DESC LIMIT ?4")
-			     : sql_query(store, "SELECT r.number, " ROW_RESOURCE_LIST_COLUMNS
-						" FROM resource r JOIN job j ON j.resource = r.number"
-						" WHERE r.kind = ?1 AND r.number < ?2 AND (?3 = 0 OR ?3 >> j.state & 1)"
-						" ORDER BY r.number DESC LIMIT ?4");
-	sql_bind_int(&q, query->kind);
-	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
-	sql_bind_int(&q, query->states);
-	sql_bind_int(&q, limit + 1);
-	if (query->needs)
-		sql_bind_text(&q, query->needs);
-	enum tw_status status = row_read_page(&q, limit, sizeof *page->resources, read_resource, &read, error);
+	struct row_numbers list;
+	struct row_page read = {0};
+	enum tw_status status = row_numbers_init(&list, row_page_limit(query->limit) + 1, error);
+	if (status == TW_OK)
+		status = list_numbers(store, query, &list, error);
+	if (status == TW_OK)
+		status = row_read_numbers(store, &list,
+					  "SELECT " ROW_RESOURCE_LIST_COLUMNS " FROM resource r"
+					  " JOIN job j ON j.resource = r.number WHERE r.number = ?",
+					  sizeof *page->resources, read_resource, &read, error);
+	row_numbers_clear(&list);
 	*page = (struct resource_page){read.rows, read.count, read.more ? read.last : 0};
 	if (status != TW_OK)
 		resource_page_clear(page);
@@ -230,7 +262,9 @@ static enum tw_status insert_all(struct store *store, const char *id, const stru
 	if (status == TW_OK)
 		status = job_state_add(store, number, resource_kind_row(draft->kind)->job, draft->priority,
 				       draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT, error);
-	return status == TW_OK ? take_uploads(store, number, draft, error) : status;
+	if (status == TW_OK)
+		status = take_uploads(store, number, draft, error);
+	return status == TW_OK ? job_state_expect_room(store, number, error) : status;
 }
 
 static enum tw_status remember_key(struct store *store, const char *id, const struct resource_draft *draft,

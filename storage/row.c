@@ -64,6 +64,54 @@ enum tw_status row_read_page(struct sql *q, uint32_t limit, size_t size, void (*
 	return sql_end(q, error);
 }
 
+enum tw_status row_numbers_init(struct row_numbers *list, uint32_t limit, struct tw_error *error)
+{
+	*list = (struct row_numbers){.numbers = malloc(2 * limit * sizeof *list->numbers), .limit = limit};
+	return list->numbers ? TW_OK : tw_fail_memory(error);
+}
+
+void row_numbers_clear(struct row_numbers *list)
+{
+	free(list->numbers);
+	list->numbers = NULL;
+}
+
+static int newest_first(const void *a, const void *b)
+{
+	int64_t left = *(const int64_t *)a, right = *(const int64_t *)b;
+	return (left < right) - (left > right);
+}
+
+enum tw_status row_merge(struct row_numbers *list, struct sql *q, struct tw_error *error)
+{
+	for (size_t added = 0; added < list->limit && sql_step(q); added++)
+		list->numbers[list->count++] = sql_int(q);
+	qsort(list->numbers, list->count, sizeof *list->numbers, newest_first);
+	if (list->count > list->limit)
+		list->count = list->limit;
+	return sql_end(q, error);
+}
+
+/* A row that was deleted since its number was read is left out. */
+enum tw_status row_read_numbers(struct store *store, const struct row_numbers *list, const char *text, size_t size,
+				void (*read)(struct sql *q, void *row), struct row_page *page, struct tw_error *error)
+{
+	*page = (struct row_page){.rows = calloc(list->limit, size), .more = list->count == list->limit};
+	if (!page->rows)
+		return tw_fail_memory(error);
+	enum tw_status status = TW_OK;
+	size_t shown = page->more ? list->count - 1 : list->count;
+	for (size_t i = 0; status == TW_OK && i < shown; i++) {
+		struct sql q = sql_query(store, text);
+		sql_bind_int(&q, list->numbers[i]);
+		if (sql_step(&q))
+			read(&q, (char *)page->rows + size * page->count++);
+		page->last = list->numbers[i];
+		status = sql_end(&q, error);
+	}
+	return status;
+}
+
 enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number, struct tw_error *error)
 {
 	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ?");

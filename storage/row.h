@@ -31,6 +31,25 @@ struct row_page {
 enum tw_status row_read_page(struct sql *q, uint32_t limit, size_t size, void (*read)(struct sql *q, void *row),
 			     struct row_page *page, struct tw_error *error) TW_NODISCARD;
 
+/* A list that is put together from several parts, each in the order of an index: reading it costs what it shows,
+ * however many rows are passed over. First the numbers: */
+struct row_numbers {
+	int64_t *numbers; /* owned, newest first */
+	size_t count;
+	size_t limit; /* more are not kept */
+};
+
+/* Adds what `q` gives (numbers below the cursor, newest first, at most `limit`), and keeps the newest `limit` of all.
+ */
+enum tw_status row_merge(struct row_numbers *list, struct sql *q, struct tw_error *error) TW_NODISCARD;
+enum tw_status row_numbers_init(struct row_numbers *list, uint32_t limit, struct tw_error *error) TW_NODISCARD;
+void row_numbers_clear(struct row_numbers *list);
+
+/* Then the rows: `text` finds one by its number. Where the list is full its last is only a sign that there are more. */
+enum tw_status row_read_numbers(struct store *store, const struct row_numbers *list, const char *text, size_t size,
+				void (*read)(struct sql *q, void *row), struct row_page *page,
+				struct tw_error *error) TW_NODISCARD;
+
 /* How many rows are given where a client asks for so many. */
 uint32_t row_page_limit(uint32_t limit);
 

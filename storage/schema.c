@@ -163,8 +163,10 @@ static const char kinds[] =
 	"	waiting_for INTEGER NOT NULL DEFAULT 0 CHECK (waiting_for >= 0)," /* needs that have not succeeded */
 	"	attempts INTEGER NOT NULL DEFAULT 0,"
 	"	attempts_max INTEGER NOT NULL,"
-	"	fence INTEGER NOT NULL DEFAULT 0," /* grows with every claim */
-	"	not_before_ms INTEGER NOT NULL DEFAULT 0,"
+	"	fence INTEGER NOT NULL DEFAULT 0,"         /* grows with every claim */
+	"	interruptions INTEGER NOT NULL DEFAULT 0," /* claims that ended with their service or machine */
+	"	room_bytes INTEGER NOT NULL DEFAULT 0,"    /* what its result is expected to take */
+	"	not_before_ms INTEGER NOT NULL DEFAULT 0," /* by the lease clock, as the next; see store_lease_now_ms */
 	"	lease_until_ms INTEGER NOT NULL DEFAULT 0,"
 	"	worker TEXT NOT NULL DEFAULT '',"
 	"	cancel_requested INTEGER NOT NULL DEFAULT 0,"
@@ -180,17 +182,23 @@ static const char kinds[] =
 	"	finished_ms INTEGER NOT NULL DEFAULT 0,"
 	"	change INTEGER NOT NULL DEFAULT 0"
 	") STRICT;"
+	/* Leases were measured by the wall clock; they count as run out. */
 	"INSERT INTO new_job SELECT number, id, resource, kind, state, priority, waiting_for, attempts, attempts_max,"
-	" fence, not_before_ms, lease_until_ms, worker, cancel_requested, progress, stage, partial, failure_status,"
+	" fence, 0, 0, 0, 0, worker, cancel_requested, progress, stage, partial, failure_status,"
 	" failure_type, failure_where, failure_text, created_ms, started_ms, finished_ms, change FROM job;"
 	/* The numbers of deleted jobs are not given again. */
 	"DELETE FROM sqlite_sequence WHERE name = 'new_job';"
 	"INSERT INTO sqlite_sequence(name, seq) SELECT 'new_job', seq FROM sqlite_sequence WHERE name = 'job';"
 	"DROP TABLE job;"
 	"ALTER TABLE new_job RENAME TO job;"
-	"CREATE INDEX job_claimable ON job(priority DESC, number) WHERE state = 0 AND waiting_for = 0;"
+	"CREATE INDEX job_claimable ON job(kind, priority DESC, number)"
+	" WHERE state = 0 AND waiting_for = 0 AND not_before_ms = 0;"
+	"CREATE INDEX job_put_off ON job(not_before_ms) WHERE state = 0 AND not_before_ms > 0;"
+	"CREATE INDEX job_oldest ON job(created_ms) WHERE state = 0 AND waiting_for = 0;"
 	"CREATE INDEX job_leased ON job(lease_until_ms) WHERE state = 1;"
-	"CREATE INDEX job_by_state ON job(state);"
+	"CREATE INDEX job_by_state ON job(state, number);"
+	"CREATE INDEX job_by_kind ON job(kind, state, number);"
+	"CREATE INDEX job_by_resource_kind ON job(kind, state, resource);"
 	"CREATE UNIQUE INDEX job_by_change ON job(change);"
 	"CREATE TRIGGER job_added AFTER INSERT ON job BEGIN"
 	"	UPDATE change SET value = value + 1;"
@@ -228,7 +236,38 @@ static const char kinds[] =
 	" '\"overhang\":\"charge\"', '\"overhang\":\"ignore\"')"
 	" WHERE kind = 2 AND instr(options, '\"preset\":\"paper\"') > 0;";
 
-static const char *const migrations[SCHEMA_VERSION] = {resources_and_queue, rig, upload_hash_state, kinds};
+/* Of the same version. */
+static const char counts_and_clock[] =
+	/* How many jobs there are, so that nobody has to count a million of them. */
+	"CREATE TABLE job_count("
+	"	kind INTEGER NOT NULL,"
+	"	state INTEGER NOT NULL,"
+	"	count INTEGER NOT NULL,"
+	"	PRIMARY KEY (kind, state)"
+	") STRICT, WITHOUT ROWID;"
+	"INSERT INTO job_count SELECT kind, state, count(*) FROM job GROUP BY kind, state;"
+	"CREATE TRIGGER job_count_added AFTER INSERT ON job BEGIN"
+	"	INSERT INTO job_count VALUES (NEW.kind, NEW.state, 1)"
+	"	 ON CONFLICT (kind, state) DO UPDATE SET count = count + 1;"
+	" END;"
+	"CREATE TRIGGER job_count_removed AFTER DELETE ON job BEGIN"
+	"	UPDATE job_count SET count = count - 1 WHERE kind = OLD.kind AND state = OLD.state;"
+	" END;"
+	"CREATE TRIGGER job_count_moved AFTER UPDATE OF state ON job WHEN OLD.state <> NEW.state BEGIN"
+	"	UPDATE job_count SET count = count - 1 WHERE kind = OLD.kind AND state = OLD.state;"
+	"	INSERT INTO job_count VALUES (NEW.kind, NEW.state, 1)"
+	"	 ON CONFLICT (kind, state) DO UPDATE SET count = count + 1;"
+	" END;"
+
+	/* Which start of the machine the lease clock counts from; see store_lease_now_ms. */
+	"CREATE TABLE boot(only INTEGER PRIMARY KEY CHECK (only = 1), number INTEGER NOT NULL, id TEXT NOT NULL)"
+	" STRICT;"
+	"INSERT INTO boot VALUES (1, 0, '');"
+	"UPDATE blob SET touched_ms = 1 WHERE resource IS NULL AND touched_ms > 0;"; /* by that clock from now on */
+
+enum { TEXTS_MAX = 2 };
+static const char *const migrations[SCHEMA_VERSION][TEXTS_MAX] = {
+	{resources_and_queue}, {rig}, {upload_hash_state}, {kinds, counts_and_clock}};
 
 static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)
 {
@@ -283,7 +322,9 @@ enum tw_status schema_check_owner(sqlite3 *db, struct tw_error *error)
 static enum tw_status apply(sqlite3 *db, int64_t version, struct tw_error *error)
 {
 	char text[96];
-	int code = sqlite3_exec(db, migrations[version], NULL, NULL, NULL);
+	int code = SQLITE_OK;
+	for (int i = 0; code == SQLITE_OK && i < TEXTS_MAX && migrations[version][i]; i++)
+		code = sqlite3_exec(db, migrations[version][i], NULL, NULL, NULL);
 	snprintf(text, sizeof text, "PRAGMA application_id = %d; PRAGMA user_version = %d", SCHEMA_APPLICATION_ID,
 		 (int)version + 1);
 	if (code == SQLITE_OK)

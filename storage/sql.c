@@ -8,6 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/statvfs.h>
+#include <time.h>
+
+enum { TROUBLE_MS = 60000 };
 
 struct sql sql_query(struct store *store, const char *text)
 {
@@ -131,26 +134,70 @@ static enum tw_status read_number(struct store *store, const char *text, uint64_
 	return sql_end(&q, error);
 }
 
+static uint64_t less(uint64_t a, uint64_t b)
+{
+	return a > b ? a - b : 0;
+}
+
+static uint64_t smaller(uint64_t a, uint64_t b)
+{
+	return a < b ? a : b;
+}
+
+/* What the file may still grow by within its own limit, free pages included. */
+static enum tw_status room_in_file(struct store *store, uint64_t *bytes, uint64_t *free_bytes, struct tw_error *error)
+{
+	uint64_t free_pages = 0, pages = 0, pages_max = 0, page_bytes = 0;
+	enum tw_status status = read_number(store, "PRAGMA freelist_count", &free_pages, error);
+	if (status == TW_OK)
+		status = read_number(store, "PRAGMA page_count", &pages, error);
+	if (status == TW_OK)
+		status = read_number(store, "PRAGMA max_page_count", &pages_max, error);
+	if (status == TW_OK)
+		status = read_number(store, "PRAGMA page_size", &page_bytes, error);
+	*free_bytes = free_pages * page_bytes;
+	*bytes = (less(pages_max, pages) + free_pages) * page_bytes;
+	return status;
+}
+
 /* Everything is written twice, into the log and from there into the database, which has free pages of its own; and a
  * log that cannot be emptied into a full database can take no more, not even what would make room. So a quarter of the
  * reserve is for the log alone. */
-enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_error *error)
+enum tw_status sql_room(struct store *store, uint64_t *bytes, struct tw_error *error)
 {
 	struct statvfs disk;
-	uint64_t pages, page_bytes;
+	uint64_t in_file = 0, free_bytes = 0;
 	const char *path = sqlite3_db_filename(store->connection->db, "main");
+	*bytes = UINT64_MAX;
 	if (!path || !*path || statvfs(path, &disk))
 		return TW_OK;
-	enum tw_status status = read_number(store, "PRAGMA freelist_count", &pages, error);
-	if (status == TW_OK)
-		status = read_number(store, "PRAGMA page_size", &page_bytes, error);
+	enum tw_status status = room_in_file(store, &in_file, &free_bytes, error);
+	uint64_t on_disk = (uint64_t)disk.f_bavail * disk.f_frsize;
+	uint64_t log_takes = less(on_disk, store->reserve_bytes / 4);
+	uint64_t both_take = less(on_disk + free_bytes, store->reserve_bytes) / 2;
+	*bytes = smaller(in_file, smaller(log_takes, both_take));
+	return status;
+}
+
+enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_error *error)
+{
+	uint64_t room = 0;
+	enum tw_status status = sql_room(store, &room, error);
 	if (status != TW_OK)
 		return status;
-	uint64_t on_disk = (uint64_t)disk.f_bavail * disk.f_frsize, in_all = on_disk + pages * page_bytes;
-	uint64_t for_log = store->reserve_bytes / 4;
-	bool log_fits = on_disk >= for_log && on_disk - for_log >= bytes;
-	bool both_fit = in_all >= store->reserve_bytes && (in_all - store->reserve_bytes) / 2 >= bytes;
-	return log_fits && both_fit ? TW_OK : connection_fail_full(error);
+	return bytes <= room && room > 0 ? TW_OK : connection_fail_full(error);
+}
+
+static int64_t boot_clock_ms(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_BOOTTIME, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+bool sql_had_trouble(const struct store *store)
+{
+	return store->trouble_ms && boot_clock_ms() - store->trouble_ms < TROUBLE_MS;
 }
 
 enum tw_status transaction_begin(struct store *store, bool durable, struct tw_error *error)
@@ -187,5 +234,8 @@ enum tw_status transaction_end(struct store *store, enum tw_status status, struc
 	if (store->connection == &store->reads)
 		return end_snapshot(store, status);
 	store->connection = &store->reads;
-	return writer_end(store->writer, status, store->durable, error);
+	status = writer_end(store->writer, status, store->durable, error);
+	if (status == TW_ERROR_FULL || status == TW_ERROR_IO)
+		store->trouble_ms = boot_clock_ms();
+	return status;
 }

@@ -19,11 +19,13 @@ struct writer;
 
 struct store {
 	struct connection reads;
-	struct writer *writer;         /* owned, shared by all stores of the process */
-	struct connection *connection; /* what statements go through: `reads`, within a transaction the writer's */
-	bool durable;                  /* the transaction that is under way; see transaction_begin */
-	int64_t (*now_ms)(void *context);
+	struct writer *writer;            /* owned, shared by all stores of the process */
+	struct connection *connection;    /* what statements go through: `reads`, within a transaction the writer's */
+	bool durable;                     /* the transaction that is under way; see transaction_begin */
+	int64_t (*now_ms)(void *context); /* of a test; NULL: the machine's clocks */
 	void *clock_context;
+	int64_t boot;           /* which start of the machine this is; see store_lease_now_ms */
+	int64_t trouble_ms;     /* CLOCK_BOOTTIME, when a transaction failed because of the disk last; 0: never */
 	uint64_t reserve_bytes; /* left free on the disk */
 };
 
@@ -76,6 +78,12 @@ enum tw_status transaction_begin_alone(struct store *store, struct tw_error *err
 /* Fails with "store-full" where `bytes` more would take of the reserve. For what adds to the store: what removes from
  * it, or ends a job, must go on then, and lives on the reserve. */
 enum tw_status sql_check_room(struct store *store, uint64_t bytes, struct tw_error *error) TW_NODISCARD;
+
+/* How many bytes could be added. */
+enum tw_status sql_room(struct store *store, uint64_t *bytes, struct tw_error *error) TW_NODISCARD;
+
+/* Whether a transaction of this store failed because of the disk within the last minute: others' may have too. */
+bool sql_had_trouble(const struct store *store);
 
 /* For reads that belong together. */
 enum tw_status snapshot_begin(struct store *store, struct tw_error *error) TW_NODISCARD;

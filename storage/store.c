@@ -15,6 +15,8 @@
 
 enum {
 	RESERVE_BYTES = 32 << 20,
+	BOOT_ID_SIZE = 64,
+	BOOT_SHIFT = 40,
 	SHRINK_STEPS = 16, /* of 256 pages each: 32 MiB, in steps for which nobody waits long */
 };
 
@@ -70,23 +72,82 @@ static enum tw_status parse_url(const char *url, struct target *target, struct t
 	return TW_OK;
 }
 
-static int64_t wall_clock_ms(void *context)
+static int64_t clock_ms(clockid_t clock)
 {
-	(void)context;
 	struct timespec now;
-	clock_gettime(CLOCK_REALTIME, &now);
+	clock_gettime(clock, &now);
 	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 }
 
 int64_t store_now_ms(const struct store *store)
 {
-	return store->now_ms(store->clock_context);
+	return store->now_ms ? store->now_ms(store->clock_context) : clock_ms(CLOCK_REALTIME);
+}
+
+/* The number of the boot in the upper bits: 34 years of uptime fit into the lower ones. */
+int64_t store_lease_now_ms(const struct store *store)
+{
+	return store->now_ms ? store->now_ms(store->clock_context)
+			     : (store->boot << BOOT_SHIFT) + clock_ms(CLOCK_BOOTTIME);
+}
+
+bool store_is_of_older_boot(const struct store *store, int64_t lease_ms)
+{
+	return lease_ms >> BOOT_SHIFT < store_lease_now_ms(store) >> BOOT_SHIFT;
 }
 
 void store_set_clock(struct store *store, int64_t (*now_ms)(void *context), void *context)
 {
-	store->now_ms = now_ms ? now_ms : wall_clock_ms;
+	store->now_ms = now_ms;
 	store->clock_context = context;
+}
+
+static void read_boot_id(char id[BOOT_ID_SIZE])
+{
+	id[0] = '\0';
+	FILE *file = fopen("/proc/sys/kernel/random/boot_id", "re");
+	if (file && fgets(id, BOOT_ID_SIZE, file))
+		id[strcspn(id, "\n")] = '\0';
+	if (file)
+		fclose(file);
+}
+
+static enum tw_status read_boot(struct store *store, const char *id, bool *same, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number, id = ? FROM boot");
+	sql_bind_text(&q, id);
+	*same = false;
+	if (sql_step(&q)) {
+		store->boot = sql_int(&q);
+		*same = sql_int(&q);
+	}
+	return sql_end(&q, error);
+}
+
+static enum tw_status note_boot(struct store *store, const char *id, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "UPDATE boot SET number = number + 1, id = ?1 WHERE id <> ?1");
+	sql_bind_text(&q, id);
+	status = sql_run(&q, NULL, error);
+	return transaction_end(store, status, error);
+}
+
+/* Where it cannot be written down (the disk is full), the next to open the store does it, and finds the same number. */
+static enum tw_status take_up_boot(struct store *store, struct tw_error *error)
+{
+	char id[BOOT_ID_SIZE];
+	bool same = false;
+	read_boot_id(id);
+	enum tw_status status = read_boot(store, id, &same, error);
+	if (status != TW_OK || same || !id[0])
+		return status;
+	if (note_boot(store, id, NULL) == TW_OK)
+		return read_boot(store, id, &same, error);
+	store->boot++;
+	return TW_OK;
 }
 
 /* The file is migrated through the connection for reading, before anybody else uses it. */
@@ -106,7 +167,8 @@ static enum tw_status open_database(struct store *store, const struct target *ta
 	int code = sqlite3_exec(store->reads.db, "PRAGMA query_only = ON", NULL, NULL, NULL);
 	if (code != SQLITE_OK)
 		return connection_fail(store->reads.db, code, error);
-	return writer_open(&store->writer, target->path, target->limit_bytes, error);
+	status = writer_open(&store->writer, target->path, target->limit_bytes, error);
+	return status == TW_OK ? take_up_boot(store, error) : status;
 }
 
 static enum tw_status open_target(struct store **store, const struct target *target, struct tw_error *error)
@@ -116,7 +178,6 @@ static enum tw_status open_target(struct store **store, const struct target *tar
 	struct store *opened = calloc(1, sizeof *opened);
 	if (!opened)
 		return tw_fail_memory(error);
-	store_set_clock(opened, NULL, NULL);
 	enum tw_status status = open_database(opened, target, error);
 	if (status == TW_OK)
 		*store = opened;
@@ -151,6 +212,11 @@ void store_close(struct store *store)
 	free(store);
 }
 
+enum tw_status store_check_place(struct store *store, struct tw_error *error)
+{
+	return connection_check_place(&store->reads, error);
+}
+
 enum tw_status store_ping(struct store *store, struct tw_error *error)
 {
 	enum tw_status status = connection_check_place(&store->reads, error);
@@ -158,6 +224,11 @@ enum tw_status store_ping(struct store *store, struct tw_error *error)
 		return status;
 	struct sql q = sql_query(store, "SELECT value FROM change");
 	return sql_run(&q, NULL, error);
+}
+
+enum tw_status store_room(struct store *store, uint64_t *bytes, struct tw_error *error)
+{
+	return sql_room(store, bytes, error);
 }
 
 void store_count_writes(struct store *store, struct store_writes *writes)

@@ -38,12 +38,28 @@ enum tw_status store_open_existing(struct store **store, const char *url, struct
 
 void store_close(struct store *store); /* NULL is allowed */
 
-/* Milliseconds since 1970 by the store's clock, which every time stamp and lease is taken from. Tests set their own. */
+/* Milliseconds since 1970 by the machine's clock, which every time stamp is taken from. */
 int64_t store_now_ms(const struct store *store);
+
+/* Milliseconds by the clock that leases and pauses are measured by: whatever the machine's clock is set to, it goes on
+ * evenly (CLOCK_BOOTTIME), and after a new start of the machine it stands far beyond all that it showed before. */
+int64_t store_lease_now_ms(const struct store *store);
+
+/* Whether the lease clock showed this before the machine's last start. */
+bool store_is_of_older_boot(const struct store *store, int64_t lease_ms);
+
+/* Tests set their own; it takes the place of both clocks. */
 void store_set_clock(struct store *store, int64_t (*now_ms)(void *context), void *context);
+
+/* How many bytes results and uploads may still take before the store counts as full. */
+enum tw_status store_room(struct store *store, uint64_t *bytes, struct tw_error *error) TW_NODISCARD;
 
 /* Returns some of the free pages to the file system. For the daemon to call every minute or so. */
 enum tw_status store_shrink(struct store *store, struct tw_error *error) TW_NODISCARD;
+
+/* Whether the store's file is still at its path: TW_ERROR_IO "store-gone". */
+enum tw_status store_check_place(struct store *store, struct tw_error *error) TW_NODISCARD;
+#define STORE_GONE "store-gone"
 
 /* A cheap read that fails when the store cannot answer; for readiness. */
 enum tw_status store_ping(struct store *store, struct tw_error *error) TW_NODISCARD;

@@ -9,7 +9,7 @@ enum { SWEEP_CHUNKS = 32 }; /* removed at once: a write lock of some millisecond
 /* Without the write lock: mostly there is nothing. */
 static enum tw_status find_litter(struct store *store, int64_t before_ms, int64_t *blob, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM blob WHERE resource IS NULL AND touched_ms < ?"
+	struct sql q = sql_query(store, "SELECT number FROM blob INDEXED BY blob_unused WHERE resource IS NULL AND touched_ms < ?"
 					" ORDER BY touched_ms LIMIT 1");
 	sql_bind_int(&q, before_ms);
 	*blob = sql_step(&q) ? sql_int(&q) : 0;
@@ -56,7 +56,10 @@ static enum tw_status remove_some(struct store *store, int64_t blob, int64_t bef
 
 enum tw_status store_sweep(struct store *store, int64_t upload_age_ms, bool *more, struct tw_error *error)
 {
-	int64_t before_ms = store_now_ms(store) - upload_age_ms;
+	int64_t before_ms = store_lease_now_ms(store) - upload_age_ms;
+	/* What was left before the machine's last start ages from that start on. */
+	if (store_is_of_older_boot(store, before_ms))
+		before_ms = 1;
 	int64_t blob = 0;
 	enum tw_status status = find_litter(store, before_ms, &blob, error);
 	*more = blob != 0;

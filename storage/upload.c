@@ -78,7 +78,7 @@ static enum tw_status insert_upload(struct upload *upload, const char *part, con
 	sql_bind_int(&q, BLOB_UPLOAD);
 	for (int i = 0; i < 3; i++)
 		sql_bind_text(&q, names[i]);
-	sql_bind_int(&q, store_now_ms(upload->store));
+	sql_bind_int(&q, store_lease_now_ms(upload->store));
 	return sql_run(&q, NULL, error);
 }
 
@@ -203,7 +203,7 @@ static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
 		sql_query(upload->store, "UPDATE blob SET size = size + ?, touched_ms = ?, hash_state = ?"
 					 " WHERE number = ? AND size = ? AND hash IS NULL AND upload IS NOT NULL");
 	sql_bind_int(&q, (int64_t)upload->buffered);
-	sql_bind_int(&q, store_now_ms(upload->store));
+	sql_bind_int(&q, store_lease_now_ms(upload->store));
 	sql_bind_bytes(&q, &hash, sizeof hash);
 	sql_bind_int(&q, upload->blob);
 	sql_bind_int(&q, (int64_t)upload->stored);

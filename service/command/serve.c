@@ -137,13 +137,13 @@ static enum tw_status open_api(struct daemon *daemon, struct tw_error *error)
 }
 
 /* Its lease would run out by itself; this only saves the wait. */
-static void on_worker_ended(void *context, pid_t pid)
+static void on_worker_ended(void *context, pid_t pid, bool crashed)
 {
 	struct daemon *daemon = context;
 	struct tw_error error = {0};
 	char name[WORKER_NAME_SIZE];
 	worker_name(name, pid);
-	if (job_abandon(daemon->store, name, &error))
+	if (job_abandon(daemon->store, name, crashed, &error))
 		log_error("abandon", &error);
 	supervisor_wake(daemon->supervisor);
 }

@@ -145,7 +145,8 @@ static void note_end(struct supervisor *supervisor, struct child *worker, int st
 		  "pid=%d %s=%d lived_s=%.1f", (int)worker->pid, signalled ? "signal" : "code",
 		  signalled ? WTERMSIG(status) : WEXITSTATUS(status), (double)lived_ms / 1000);
 	if (supervisor->settings.ended)
-		supervisor->settings.ended(supervisor->settings.context, worker->pid);
+		supervisor->settings.ended(supervisor->settings.context, worker->pid,
+					   !supervisor->draining && (signalled || WEXITSTATUS(status) != 0));
 	worker->pid = 0;
 	put_off(worker, lived_ms);
 	if (!supervisor->draining && supervisor->settings.metrics)
@@ -210,6 +211,14 @@ unsigned supervisor_alive(const struct supervisor *supervisor)
 	return alive;
 }
 
+/* It was killed by us, not by its job. */
+static void bury(const struct supervisor *supervisor, const struct child *worker)
+{
+	waitpid(worker->pid, NULL, 0);
+	if (supervisor->settings.ended)
+		supervisor->settings.ended(supervisor->settings.context, worker->pid, false);
+}
+
 void supervisor_stop(struct supervisor *supervisor)
 {
 	if (!supervisor)
@@ -217,7 +226,7 @@ void supervisor_stop(struct supervisor *supervisor)
 	signal_all(supervisor, SIGKILL);
 	for (unsigned i = 0; i < supervisor->settings.workers; i++)
 		if (supervisor->workers[i].pid)
-			waitpid(supervisor->workers[i].pid, NULL, 0);
+			bury(supervisor, &supervisor->workers[i]);
 	close_pipe(supervisor->wake);
 	close_pipe(supervisor->done);
 	free(supervisor);

@@ -23,9 +23,10 @@ struct supervisor_settings {
 	unsigned threads; /* these three are handed to every worker: service/worker.h */
 	uint64_t memory_mib;
 	unsigned lease_s;
-	void (*ended)(void *context,
-		      pid_t pid); /* a worker is dead: its job need not wait for its lease; may be NULL */
-	void *context;            /* borrowed, handed to it */
+	/* A worker is dead: its job need not wait for its lease. `crashed`: it died by itself, while nobody asked it to
+	 * end. May be NULL. */
+	void (*ended)(void *context, pid_t pid, bool crashed);
+	void *context; /* borrowed, handed to it */
 };
 
 /* Starts the workers. The signal mask of the workers is empty whatever the caller's is. */

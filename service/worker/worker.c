@@ -1,8 +1,9 @@
 /* The loop of a worker process: claim, compute, store.
  *
- * How a failure ends the job: what is wrong with the input will be wrong the next time too, so the job fails at once. A
- * full disk, an I/O error or too little memory may pass: the job goes back to the queue until its attempts are used.
- * When not even that can be written, the lease runs out and the queue does it by itself. */
+ * How a failure ends the job: what is wrong with the input will be wrong the next time too, so the job fails at once.
+ * Too little memory may pass: the job goes back to the queue until its attempts are used. A full disk or an I/O error
+ * is not its fault: it goes back until it can be done, and costs no attempt. When not even that can be written, the
+ * worker tries until it can; a store that is not there any more ends the worker. */
 #include "service/worker/worker.h"
 
 #include "service/log.h"
@@ -102,7 +103,7 @@ enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error)
 	enum tw_status status = job_list(store, &query, &page, error);
 	for (size_t i = 0; status == TW_OK && i < page.count; i++)
 		if (is_dead(page.jobs[i].worker))
-			status = job_abandon(store, page.jobs[i].worker, error);
+			status = job_abandon(store, page.jobs[i].worker, false, error);
 	job_page_clear(&page);
 	return status;
 }
@@ -147,18 +148,49 @@ static enum tw_status compute(struct worker *worker, enum job_kind kind, struct 
 		       worker->name);
 }
 
-static bool may_pass(enum tw_status status)
+/* The store, not the job. Bytes that are damaged will be so the next time. */
+static bool is_the_stores(const struct tw_error *failure)
 {
-	return status == TW_ERROR_FULL || status == TW_ERROR_IO || status == TW_ERROR_MEMORY;
+	bool lasting = failure->type && !strcmp(failure->type, BLOB_DAMAGED);
+	return (failure->status == TW_ERROR_FULL || failure->status == TW_ERROR_IO) && !lasting;
 }
 
-static enum tw_status end_failed(struct worker *worker, const struct job_ticket *ticket, const struct tw_error *failure,
+static bool is_gone_store(const struct tw_error *error)
+{
+	return error->type && !strcmp(error->type, STORE_GONE);
+}
+
+static enum tw_status end_failed(struct worker *worker, const struct job_ticket *ticket,
+				 const struct job_result *result, const struct tw_error *failure,
 				 struct tw_error *error)
 {
 	bool cancelled = pulse_says_cancelled(worker->pulse);
 	if (failure->status == TW_ERROR_CANCELLED && !cancelled)
 		return job_release(worker->store, ticket, error);
-	return job_fail(worker->store, ticket, failure, may_pass(failure->status), error);
+	if (is_the_stores(failure))
+		return job_put_off(worker->store, ticket, result_size(result), error);
+	return job_fail(worker->store, ticket, failure, failure->status == TW_ERROR_MEMORY, error);
+}
+
+static bool must_leave(const struct worker *worker)
+{
+	struct pollfd wake = {worker->settings->wake_fd, POLLIN, 0};
+	bool orphaned = poll(&wake, 1, 0) > 0 && !(wake.revents & POLLIN);
+	return stop_requests || orphaned;
+}
+
+/* Until it is written, or nothing can come of it any more. */
+static enum tw_status end_failed_for_sure(struct worker *worker, const struct job_ticket *ticket,
+					  const struct job_result *result, const struct tw_error *failure,
+					  struct tw_error *error)
+{
+	enum tw_status status = end_failed(worker, ticket, result, failure, error);
+	while (status != TW_OK && is_the_stores(error) && !is_gone_store(error) && !must_leave(worker)) {
+		complain("job-end", ticket->job_id, error);
+		rest_for(TROUBLE_PAUSE_MS);
+		status = end_failed(worker, ticket, result, failure, error);
+	}
+	return status;
 }
 
 /* Whose lease was lost has nothing to say any more: another worker does the job, or nobody wants it. */
@@ -170,8 +202,10 @@ static void end_job(struct worker *worker, const struct job_ticket *ticket, cons
 	bool computed = status == TW_OK;
 	if (computed)
 		status = job_finish(worker->store, ticket, result, failure);
+	if (status != TW_OK && is_the_stores(failure))
+		complain("job-put-off", ticket->job_id, failure);
 	if (status != TW_OK && !(computed && status == TW_ERROR_CONFLICT)) {
-		status = end_failed(worker, ticket, failure, &error);
+		status = end_failed_for_sure(worker, ticket, result, failure, &error);
 		failure = &error;
 	}
 	if (status == TW_ERROR_CONFLICT)
@@ -209,16 +243,20 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 
 /* --- the loop --------------------------------------------------------------------------------------------------- */
 
-static void work_until_stopped(struct worker *worker)
+static enum tw_status work_until_stopped(struct worker *worker, struct tw_error *error)
 {
 	while (!stop_requests && !worker->orphaned) {
-		struct tw_error error = {0};
 		struct job_ticket ticket;
 		bool found = false;
-		enum tw_status status = job_claim(worker->store, worker->kinds, worker->name,
-						  worker->settings->lease_ms, &ticket, &found, &error);
+		*error = (struct tw_error){0};
+		enum tw_status status = store_check_place(worker->store, error);
+		if (status == TW_OK)
+			status = job_claim(worker->store, worker->kinds, worker->name, worker->settings->lease_ms,
+					   &ticket, &found, error);
+		if (status != TW_OK && is_gone_store(error))
+			return status;
 		if (status != TW_OK) {
-			complain("job-claim", "", &error);
+			complain("job-claim", "", error);
 			rest_for(TROUBLE_PAUSE_MS);
 		} else if (found) {
 			run_job(worker, &ticket);
@@ -226,6 +264,7 @@ static void work_until_stopped(struct worker *worker)
 			wait_for_work(worker);
 		}
 	}
+	return TW_OK;
 }
 
 static void install_signals(void)
@@ -261,14 +300,14 @@ enum tw_status worker_run(const struct worker_settings *settings, struct tw_erro
 	for (size_t i = 0; i < sizeof handlers / sizeof handlers[0]; i++)
 		worker.kinds |= JOB_KIND_BIT(handlers[i].kind);
 	install_signals();
-	enum tw_status status = store_open(&worker.store, settings->store_url, error);
+	enum tw_status status = store_open_existing(&worker.store, settings->store_url, error);
 	if (status == TW_OK)
 		status = start_pulse(&worker, error);
 	worker.cache = cache_new();
 	if (status == TW_OK && !worker.cache)
 		status = tw_fail_memory(error);
 	if (status == TW_OK)
-		work_until_stopped(&worker);
+		status = work_until_stopped(&worker, error);
 	cache_free(worker.cache);
 	pulse_free(worker.pulse);
 	store_close(worker.store);

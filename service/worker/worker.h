@@ -14,8 +14,8 @@ struct store;
 enum { WORKER_NAME_SIZE = 64 };
 void worker_name(char name[WORKER_NAME_SIZE], pid_t pid);
 
-/* Ends the leases of workers with such names whose process is gone: what a crash of everything left behind need not
- * wait for its lease. Those of other namespaces, who cannot be seen, are left alone. */
+/* Takes back what workers with such names hold whose process is gone: what a crash of everything left behind need not
+ * wait for its lease, and costs no attempt. Those of other namespaces, who cannot be seen, are left alone. */
 enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error) TW_NODISCARD;
 
 struct worker_settings {
@@ -30,7 +30,8 @@ struct worker_settings {
 };
 
 /* Works until SIGTERM or SIGINT: the first lets the running job end, the second gives it back to the queue. Returns
- * TW_OK then. Returns an error only when the store cannot be opened; later errors are logged and tried again. */
+ * TW_OK then. Returns an error only when the store cannot be opened or is not there any more ("store-gone"); other
+ * errors are logged and tried again. */
 enum tw_status worker_run(const struct worker_settings *settings, struct tw_error *error) TW_NODISCARD;
 
 #endif

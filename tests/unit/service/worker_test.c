@@ -334,7 +334,7 @@ static void a_killed_workers_job_is_done_by_another(void **state)
 	assert_int_equal(fixture_ask(f, "SELECT state FROM job WHERE kind = 1"), JOB_RUNNING);
 	pid_t heir = start_worker(f, "heir", "--threads=1");
 	/* What the supervisor does when it sees that a worker is dead: nobody has to wait for the lease. */
-	ok(f, job_abandon(f->store, "victim", &f->error));
+	ok(f, job_abandon(f->store, "victim", true, &f->error));
 	wait_for(f, "SELECT state FROM job WHERE kind = 1", JOB_SUCCEEDED);
 	assert_int_equal(fixture_ask(f, "SELECT worker = 'heir' AND attempts = 2 FROM job WHERE kind = 1"), 1);
 	assert_int_equal(end_worker(heir, SIGTERM), 0);

@@ -167,9 +167,9 @@ static void a_full_store_says_so_and_goes_on_when_there_is_room(void **state)
 	struct job_artifact artifact = {"big.bin", "application/octet-stream", big, 4u << 20};
 	struct job_result result = {.summary = "{}", .artifacts = &artifact, .artifact_count = 1};
 	snprintf(url, sizeof url, "%s?limit_bytes=%u", f->url, 6u << 20);
-	ok(f, store_open(&f->store, url, &f->error));
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, layout);
-	struct job_ticket ticket = fixture_claim(f);
+	struct job_ticket ticket = fixture_claim(f); /* while there was room */
+	ok(f, store_open(&f->store, url, &f->error));
 	refused(f, fill(f, f->store, id), TW_ERROR_FULL, "store-full");
 
 	refused(f, job_finish(f->store, &ticket, &result, &f->error), TW_ERROR_FULL, "store-full");
@@ -202,9 +202,11 @@ static void the_reserve_is_for_what_makes_room(void **state)
 	fixture_create(f, RESOURCE_MESH, "a mesh", NULL, NULL, mesh);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, layout);
 	struct store *usual = f->store;
+	struct job_ticket ticket = fixture_claim(f);
 	snprintf(url, sizeof url, "%s?reserve_bytes=%llu", f->url, 1ull << 62);
 	ok(f, store_open(&f->store, url, &f->error));
-	struct job_ticket ticket = fixture_claim(f);
+	store_set_clock(f->store, fixture_clock, f);
+	assert_true(fixture_nothing_to_claim(f)); /* no room for what would come of it */
 
 	refused(f, resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_FULL, "store-full");
 	refused(f, job_finish(f->store, &ticket, &result, &f->error), TW_ERROR_FULL, "store-full");

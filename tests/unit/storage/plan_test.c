@@ -1,0 +1,234 @@
+/* However many rows there are, no statement walks a table: SQLite is asked how it would run every one of them. */
+#include "tests/unit/storage/fixture.h"
+
+#include "storage/recording.h"
+#include "storage/redrive.h"
+#include "storage/sql.h"
+
+/* What may be walked: tables of one row or a handful, what a statement has put together itself, and the running jobs,
+ * which are as many as there are workers. */
+static bool may_be_walked(const char *name)
+{
+	static const char *const known[] = {"up",
+					    "down",
+					    "d",
+					    "cause",
+					    "c",
+					    "change",
+					    "rig",
+					    "boot",
+					    "job_count",
+					    "CONSTANT",
+					    "f",
+					    "(subquery",
+					    "job USING INDEX job_leased"};
+	for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+		size_t size = strlen(known[i]);
+		if (!strncmp(name, known[i], size) && (name[size] == '\0' || name[size] == ' ' || name[size] == '-'))
+			return true;
+	}
+	return false;
+}
+
+static unsigned check_plan(struct fixture *f, const char *text)
+{
+	char explain[4096];
+	sqlite3_stmt *statement = NULL;
+	unsigned faults = 0;
+	if (!strncmp(text, "PRAGMA", 6) || !strncmp(text, "BEGIN", 5))
+		return 0;
+	assert_in_range(snprintf(explain, sizeof explain, "EXPLAIN QUERY PLAN %s", text), 1, sizeof explain - 1);
+	assert_int_equal(sqlite3_prepare_v2(f->oracle, explain, -1, &statement, NULL), SQLITE_OK);
+	while (sqlite3_step(statement) == SQLITE_ROW) {
+		const char *line = (const char *)sqlite3_column_text(statement, 3);
+		bool walks = !strncmp(line, "SCAN ", 5) && !may_be_walked(line + 5);
+		/* The blobs of one resource are few. */
+		bool sorts = !strncmp(line, "USE TEMP B-TREE", 15) && !strstr(text, "FROM blob b JOIN resource r");
+		if (walks || sorts)
+			print_error("%s\n   in %s\n", line, text);
+		faults += walks || sorts;
+	}
+	sqlite3_finalize(statement);
+	return faults;
+}
+
+static unsigned check_connection(struct fixture *f, const struct connection *connection)
+{
+	unsigned faults = 0;
+	for (int i = 0; i < connection->statement_count; i++)
+		faults += check_plan(f, connection->statements[i].text);
+	return faults;
+}
+
+static void list_everything(struct fixture *f, const char *mesh)
+{
+	static const unsigned states[] = {0, 1u << JOB_QUEUED, 1u << JOB_FAILED | 1u << JOB_CANCELLED};
+	for (size_t i = 0; i < sizeof states / sizeof *states; i++) {
+		struct job_page jobs;
+		struct resource_page resources;
+		struct job_query job_query = {
+			.kinds = i ? JOB_KIND_BIT(JOB_RECORD) : 0, .states = states[i], .limit = 3};
+		struct resource_query query = {.kind = RESOURCE_MOTION, .states = states[i], .limit = 3};
+		ok(f, job_list(f->store, &job_query, &jobs, &f->error));
+		job_page_clear(&jobs);
+		ok(f, resource_list(f->store, &query, &resources, &f->error));
+		resource_page_clear(&resources);
+		query.needs = mesh;
+		ok(f, resource_list(f->store, &query, &resources, &f->error));
+		resource_page_clear(&resources);
+	}
+}
+
+static void read_everything(struct fixture *f, const char *mesh, const char *job_id)
+{
+	struct job_page page;
+	struct job_counts counts;
+	struct job job;
+	struct blob blob, *blobs;
+	struct rig_state rig;
+	char(*ids)[STORE_ID_SIZE], byte;
+	size_t count, got;
+	ok(f, job_changes(f->store, 0, 3, &page, &f->error));
+	job_page_clear(&page);
+	ok(f, job_changes(f->store, -1, 3, &page, &f->error));
+	ok(f, job_count(f->store, &counts, &f->error));
+	ok(f, job_get(f->store, job_id, &job, &f->error));
+	job_clear(&job);
+	ok(f, resource_needs(f->store, mesh, RESOURCE_MESH, &ids, &count, &f->error));
+	free(ids);
+	ok(f, blob_find(f->store, mesh, BLOB_UPLOAD, "worn", &blob, &f->error));
+	ok(f, blob_read(f->store, blob.number, 0, &byte, 1, &got, &f->error));
+	ok(f, blob_list(f->store, mesh, BLOB_UPLOAD, &blobs, &count, &f->error));
+	free(blobs);
+	ok(f, rig_get(f->store, &rig, &f->error));
+	ok(f, store_ping(f->store, &f->error));
+}
+
+static void record(struct fixture *f)
+{
+	char id[STORE_ID_SIZE];
+	struct rig_sample samples[3] = {{.at_us = 1}, {.at_us = 2}, {.at_us = 3}};
+	struct recording_extent extent;
+	struct rig_state rig = {.device = "tcp://x"};
+	size_t got;
+	bool cancel, found;
+	struct job_ticket ticket;
+	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
+	ok(f, rig_put(f->store, &rig, &f->error));
+	ok(f, job_claim(f->store, JOB_KIND_BIT(JOB_RECORD), "rig", 5000, &ticket, &found, &f->error));
+	assert_true(found);
+	ok(f, recording_append(f->store, &ticket, samples, 3, 0.5, &cancel, &f->error));
+	ok(f, recording_extent(f->store, id, &extent, &f->error));
+	ok(f, recording_read(f->store, id, 1, samples, 3, &got, &f->error));
+	fixture_finish(f, &ticket);
+}
+
+/* Every way of a job. */
+static void work_on_everything(struct fixture *f, const char *mesh, const char *motion)
+{
+	char layout[STORE_ID_SIZE];
+	bool cancel;
+	enum job_state state;
+	struct tw_error failure = {TW_ERROR_INPUT, "wrong", "", "wrong"};
+	struct tw_array array = {"position", TW_F64, 1, 1, &(double){1}};
+	struct job_artifact artifact = {"a.svg", "image/svg+xml", "x", 1};
+	struct job_result result = {.summary = "{}",
+				    .arrays = &array,
+				    .array_count = 1,
+				    .artifacts = &artifact,
+				    .artifact_count = 1,
+				    .dropped_part = "pattern"};
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, job_heartbeat(f->store, &ticket, 0.5, "s", "{}", &cancel, &f->error));
+	ok(f, job_release(f->store, &ticket, &f->error));
+	ticket = fixture_claim(f);
+	ok(f, job_put_off(f->store, &ticket, 1, &f->error));
+	f->now_ms += 2000;
+	ticket = fixture_claim(f);
+	ok(f, job_abandon(f->store, "tester", true, &f->error));
+	fixture_claim(f);
+	f->now_ms += 6000;
+	ticket = fixture_claim(f);
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	ticket = fixture_claim(f);
+	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
+	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
+	ok(f, job_cancel(f->store, ticket.job_id, &state, &f->error));
+	struct redrive_query redrive = {.state = JOB_CANCELLED};
+	struct redrive_progress progress = {0};
+	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
+	assert_int_equal(progress.redriven, 1);
+	ok(f, job_cancel(f->store, ticket.job_id, &state, &f->error));
+	read_everything(f, mesh, ticket.job_id);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, "{}", layout);
+	ok(f, resource_delete(f->store, RESOURCE_LAYOUT, layout, false, &f->error));
+	list_everything(f, mesh);
+	ok(f, resource_delete(f->store, RESOURCE_MOTION, motion, true, &f->error));
+	fixture_sweep(f, 0);
+	ok(f, store_shrink(f->store, &f->error));
+}
+
+static void no_statement_walks_a_table(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE], motion[STORE_ID_SIZE], upload[STORE_ID_SIZE], id[STORE_ID_SIZE];
+	struct resource resource;
+	enum resource_outcome outcome;
+	struct resource_draft keyed = {.kind = RESOURCE_LAYOUT, .idempotency_key = "k"};
+	fixture_create(f, RESOURCE_MESH, "v 1 2 3", NULL, NULL, mesh);
+	fixture_create(f, RESOURCE_MESH, "v 1 2 3", NULL, NULL, id);
+	fixture_create(f, RESOURCE_MOTION, "frames", mesh, NULL, motion);
+	fixture_upload(f, "worn", "a.obj", "forgotten", upload);
+	ok(f, upload_discard(f->store, upload, &f->error));
+	ok(f, resource_create(f->store, &keyed, &resource, &outcome, &f->error));
+	resource_clear(&resource);
+	work_on_everything(f, mesh, motion);
+	record(f);
+	assert_int_equal(check_connection(f, &f->store->reads), 0);
+	ok(f, transaction_begin(f->store, false, &f->error));
+	const struct connection *writer = f->store->connection;
+	ok(f, transaction_end(f->store, TW_OK, &f->error));
+	assert_true(f->store->reads.statement_count + writer->statement_count > 60);
+	assert_int_equal(check_connection(f, writer), 0);
+}
+
+static void the_counts_are_those_of_counting(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE], motion[STORE_ID_SIZE], id[STORE_ID_SIZE];
+	struct job_counts counts;
+	struct tw_error failure = {TW_ERROR_INPUT, "wrong", "", "wrong"};
+	for (int i = 0; i < 3; i++) {
+		char content[8];
+		snprintf(content, sizeof content, "v %d", i);
+		fixture_create(f, RESOURCE_MESH, content, NULL, NULL, mesh);
+		fixture_create(f, RESOURCE_MOTION, content, mesh, NULL, motion);
+		fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	}
+	struct job_ticket ticket = fixture_claim(f);
+	fixture_finish(f, &ticket);
+	ticket = fixture_claim(f);
+	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error)); /* with the motion that needs it */
+	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
+	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, true, &f->error));
+	fixture_claim(f);
+	ok(f, job_count(f->store, &counts, &f->error));
+	for (enum job_state s = 0; s < JOB_STATES; s++) {
+		char question[96];
+		snprintf(question, sizeof question, "SELECT count(*) FROM job WHERE state = %d", (int)s);
+		assert_int_equal(counts.by_state[s], fixture_ask(f, question));
+	}
+	assert_int_equal(fixture_ask(f,
+				     "SELECT count(*) FROM (SELECT kind, state, count(*) FROM job GROUP BY kind, state"
+				     " EXCEPT SELECT kind, state, count FROM job_count)"),
+			 0);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		TEST(no_statement_walks_a_table),
+		TEST(the_counts_are_those_of_counting),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
