@@ -81,8 +81,8 @@ static const struct resource_kind_row resource_kinds[] = {
 
 #define MIB (UINT64_C(1) << 20)
 
-/* Room: what comes on top of the size of uploads and arrays that it is made from (job_state_expect_room); a layout of 36
- * terminals with drawings, and a recording of an hour. */
+/* Room: what comes on top of the size of uploads and arrays that it is made from (job_state_expect_room); a layout of
+ * 36 terminals with drawings, and a recording of an hour. */
 static const struct job_kind_row job_kinds[] = {
 	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH, 2 * MIB},
 	{JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION, 2 * MIB},

@@ -145,7 +145,7 @@ enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker
 	return status;
 }
 
-static enum tw_status take_of_resource(struct store *store, const char *resource_id, const char *worker, int64_t now_ms,
+static enum tw_status take_of_resource(struct store *store, const char *resource_id, const char *worker,
 				       struct job_ticket *ticket, bool *found, struct tw_error *error)
 {
 	int64_t job = 0;
@@ -156,13 +156,13 @@ static enum tw_status take_of_resource(struct store *store, const char *resource
 	if (*found)
 		job = sql_int(&q);
 	enum tw_status status = sql_end(&q, error);
-	return status == TW_OK && *found ? job_state_take(store, job, worker, now_ms, ticket, error) : status;
+	return status == TW_OK && *found ? job_state_take(store, job, worker, ticket, error) : status;
 }
 
 enum tw_status job_claim_resource(struct store *store, const char *resource_id, const char *worker, int64_t lease_ms,
 				  struct job_ticket *ticket, bool *found, struct tw_error *error)
 {
-	int64_t now_ms = store_now_ms(store);
+	int64_t now_ms = store_lease_now_ms(store);
 	*found = false;
 	memset(ticket, 0, sizeof *ticket);
 	ticket->lease_ms = lease_ms;
@@ -171,7 +171,7 @@ enum tw_status job_claim_resource(struct store *store, const char *resource_id, 
 		return status;
 	status = expire_leases(store, now_ms, error);
 	if (status == TW_OK)
-		status = take_of_resource(store, resource_id, worker, now_ms, ticket, found, error);
+		status = take_of_resource(store, resource_id, worker, ticket, found, error);
 	status = transaction_end(store, status, error);
 	*found = *found && status == TW_OK;
 	return status;

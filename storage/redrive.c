@@ -11,9 +11,10 @@ static enum tw_status find_some(struct store *store, const struct redrive_query 
 				int64_t jobs[STEP_JOBS], size_t *count, struct tw_error *error)
 {
 	*count = 0;
-	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE state = ?1 AND number > ?2"
-					" AND (?3 = 0 OR ?3 >> kind & 1 = 1) AND (?4 IS NULL OR failure_type = ?4)"
-					" ORDER BY number LIMIT ?5");
+	struct sql q =
+		sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE state = ?1 AND number > ?2"
+				 " AND (?3 = 0 OR ?3 >> kind & 1 = 1) AND (?4 IS NULL OR failure_type = ?4)"
+				 " ORDER BY number LIMIT ?5");
 	sql_bind_int(&q, query->state);
 	sql_bind_int(&q, after);
 	sql_bind_int(&q, query->kinds);

@@ -191,15 +191,6 @@ static const char kinds[] =
 	"INSERT INTO sqlite_sequence(name, seq) SELECT 'new_job', seq FROM sqlite_sequence WHERE name = 'job';"
 	"DROP TABLE job;"
 	"ALTER TABLE new_job RENAME TO job;"
-	"CREATE INDEX job_claimable ON job(kind, priority DESC, number)"
-	" WHERE state = 0 AND waiting_for = 0 AND not_before_ms = 0;"
-	"CREATE INDEX job_put_off ON job(not_before_ms) WHERE state = 0 AND not_before_ms > 0;"
-	"CREATE INDEX job_oldest ON job(created_ms) WHERE state = 0 AND waiting_for = 0;"
-	"CREATE INDEX job_leased ON job(lease_until_ms) WHERE state = 1;"
-	"CREATE INDEX job_by_state ON job(state, number);"
-	"CREATE INDEX job_by_kind ON job(kind, state, number);"
-	"CREATE INDEX job_by_resource_kind ON job(kind, state, resource);"
-	"CREATE UNIQUE INDEX job_by_change ON job(change);"
 	"CREATE TRIGGER job_added AFTER INSERT ON job BEGIN"
 	"	UPDATE change SET value = value + 1;"
 	"	UPDATE job SET change = (SELECT value FROM change) WHERE number = NEW.number;"
@@ -238,6 +229,16 @@ static const char kinds[] =
 
 /* Of the same version. */
 static const char counts_and_clock[] =
+	"CREATE INDEX job_claimable ON job(kind, priority DESC, number)"
+	" WHERE state = 0 AND waiting_for = 0 AND not_before_ms = 0;"
+	"CREATE INDEX job_put_off ON job(not_before_ms) WHERE state = 0 AND not_before_ms > 0;"
+	"CREATE INDEX job_oldest ON job(created_ms) WHERE state = 0 AND waiting_for = 0;"
+	"CREATE INDEX job_leased ON job(lease_until_ms) WHERE state = 1;"
+	"CREATE INDEX job_by_state ON job(state, number);"
+	"CREATE INDEX job_by_kind ON job(kind, state, number);"
+	"CREATE INDEX job_by_resource_kind ON job(kind, state, resource);"
+	"CREATE UNIQUE INDEX job_by_change ON job(change);"
+
 	/* How many jobs there are, so that nobody has to count a million of them. */
 	"CREATE TABLE job_count("
 	"	kind INTEGER NOT NULL,"

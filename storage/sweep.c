@@ -9,8 +9,9 @@ enum { SWEEP_CHUNKS = 32 }; /* removed at once: a write lock of some millisecond
 /* Without the write lock: mostly there is nothing. */
 static enum tw_status find_litter(struct store *store, int64_t before_ms, int64_t *blob, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM blob INDEXED BY blob_unused WHERE resource IS NULL AND touched_ms < ?"
-					" ORDER BY touched_ms LIMIT 1");
+	struct sql q = sql_query(
+		store, "SELECT number FROM blob INDEXED BY blob_unused WHERE resource IS NULL AND touched_ms < ?"
+		       " ORDER BY touched_ms LIMIT 1");
 	sql_bind_int(&q, before_ms);
 	*blob = sql_step(&q) ? sql_int(&q) : 0;
 	return sql_end(&q, error);

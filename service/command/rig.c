@@ -118,7 +118,7 @@ static enum tw_status read_rig(const struct rig_options *options, struct store *
 	struct rig_scanner *scanner = NULL;
 	enum tw_status status = take_role(&role, store, error);
 	if (status == TW_OK)
-		status = job_abandon(store, RIG_WORKER, error);
+		status = job_abandon(store, RIG_WORKER, false, error);
 	if (status == TW_OK)
 		status = rig_scanner_start(&scanner, options->opened, options->rate_hz, error);
 	if (status == TW_OK)

@@ -109,6 +109,7 @@ static void record(struct fixture *f)
 	char id[STORE_ID_SIZE];
 	struct rig_sample samples[3] = {{.at_us = 1}, {.at_us = 2}, {.at_us = 3}};
 	struct recording_extent extent;
+	struct recording_course course = {0};
 	struct rig_state rig = {.device = "tcp://x"};
 	size_t got;
 	bool cancel, found;
@@ -117,7 +118,12 @@ static void record(struct fixture *f)
 	ok(f, rig_put(f->store, &rig, &f->error));
 	ok(f, job_claim(f->store, JOB_KIND_BIT(JOB_RECORD), "rig", 5000, &ticket, &found, &f->error));
 	assert_true(found);
-	ok(f, recording_append(f->store, &ticket, samples, 3, 0.5, &cancel, &f->error));
+	bool resumed;
+	ok(f, recording_begin(f->store, &ticket, &course, &resumed, &f->error));
+	char begun[3][STORE_ID_SIZE];
+	ok(f, recording_list_begun(f->store, begun, 3, &got, &f->error));
+	ok(f, recording_find_course(f->store, id, &course, &found, &f->error));
+	ok(f, recording_append(f->store, &ticket, samples, 3, &course, 0.5, &cancel, &f->error));
 	ok(f, recording_extent(f->store, id, &extent, &f->error));
 	ok(f, recording_read(f->store, id, 1, samples, 3, &got, &f->error));
 	fixture_finish(f, &ticket);
