@@ -229,6 +229,9 @@ static enum tw_status run(void *context, struct tw_error *error)
 	progress_clear();
 	if (status)
 		return status;
+	struct warning_list warnings = {0};
+	field_warn_of_no_motion(&files->field, &warnings);
+	warnings_print(&warnings, files->worn);
 	json_t *arrays = json_array();
 	status = write_arrays(session, arrays, error);
 	json_t *json = show_field(session, arrays);

@@ -194,7 +194,11 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 	status = file_blame(layout_compute(&input, session->arena, &session->output, error),
 			    session->settings.terminals, error);
 	progress_clear();
-	return status ? status : write_files(session, error);
+	if (!status)
+		status = write_files(session, error);
+	if (!status)
+		warnings_print(&session->output.summary.warnings, session->settings.terminals);
+	return status;
 }
 
 /* The seconds of what stands before the layout. */

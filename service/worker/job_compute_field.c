@@ -58,10 +58,13 @@ static json_t *show_field(const struct field *field, const struct field_options 
 	}
 	for (uint32_t f = 0; f < field->face_count; f++)
 		density = field->density[f] > density ? field->density[f] : density;
-	json_t *json = json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:o}", "faces", (json_int_t)field->face_count, "edges",
-				 (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
-				 forbidden, "scale", field->scale, "largest_density_mpa", density, "preset_changes",
-				 field_options_changes(options));
+	struct warning_list warnings = {0};
+	field_warn_of_no_motion(field, &warnings);
+	json_t *json =
+		json_pack("{s:I, s:I, s:I, s:I, s:f, s:f, s:o, s:o}", "faces", (json_int_t)field->face_count, "edges",
+			  (json_int_t)field->edge_count, "motions", (json_int_t)motion_count, "forbidden_edges",
+			  forbidden, "scale", field->scale, "largest_density_mpa", density, "preset_changes",
+			  field_options_changes(options), "warnings", warning_list_show(&warnings));
 	double energy_scale = field_energy_scale(field);
 	if (json && layout_weight_add(json, "least_weight", least == UINT64_MAX ? 0 : least, energy_scale) &&
 	    layout_weight_add(json, "largest_weight", largest, energy_scale))

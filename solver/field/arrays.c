@@ -1,4 +1,4 @@
-/* A field as named arrays and back. */
+/* A field as named arrays and back, and what is said of one. */
 #include "solver/field/field.h"
 
 #include <math.h>
@@ -75,4 +75,18 @@ enum tw_status field_from_arrays(struct field *field, const struct garment *garm
 	};
 	memcpy(&field->scale, scale, sizeof field->scale);
 	return check_values(field, error);
+}
+
+void field_warn_of_no_motion(const struct field *field, struct warning_list *warnings)
+{
+	if (field->options.weight != FIELD_DEFORMATION)
+		return;
+	for (uint32_t f = 0; f < field->face_count; f++) {
+		if (field->density[f] > 0)
+			return;
+	}
+	warning_add_whole(
+		warnings, "field-without-motions",
+		"no motion shapes this field: nothing deforms in it, so that wires are priced by eta and their "
+		"length alone; give it motions");
 }

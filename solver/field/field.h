@@ -11,6 +11,7 @@
 
 #include "solver/field/options.h"
 #include "solver/garment/garment.h"
+#include "solver/warning.h"
 
 #define FIELD_FORBIDDEN UINT64_MAX /* the weight of an edge that no wire may use */
 
@@ -69,6 +70,9 @@ double field_energy_scale(const struct field *field);
 
 /* The weight of a cost in the field's fixed point, as its edges are rounded. */
 uint64_t field_round(const struct field *field, double cost);
+
+/* Adds the warning "field-without-motions" where no density is positive: costs are eta and length alone. */
+void field_warn_of_no_motion(const struct field *field, struct warning_list *warnings);
 
 /* A field as named arrays; see struct tw_array. Borrowed from the field. The options travel beside them, as JSON. */
 enum { FIELD_ARRAYS = 4 };

@@ -317,6 +317,22 @@ static struct layout_figures figures_of(const struct branch_metrics *total, bool
 	};
 }
 
+/* What is no error, and yet hardly meant. */
+static void find_warnings(const struct job *job, struct warning_list *warnings)
+{
+	const struct layout_request *request = job->input->request;
+	for (uint32_t t = 0; t < request->terminal_count; t++) {
+		uint32_t first = job->sites.site[job->sites.site_of[t]].terminal;
+		if (first != t)
+			warning_add(warnings, "terminals-doubled", "terminal", t,
+				    "terminals at the place of another count as one with it");
+	}
+	if (job->sites.count == 1)
+		warning_add_whole(warnings, "one-terminal",
+				  "there is but one terminal, or all are at one place: nothing is to be wired");
+	field_warn_of_no_motion(job->input->field, warnings);
+}
+
 static void summarise(const struct job *job, const struct layout_result *result, struct layout_summary *summary)
 {
 	bool has_elongation = result->has_elongation;
@@ -330,6 +346,7 @@ static void summarise(const struct job *job, const struct layout_result *result,
 	summary->ours = figures_of(&job->ours.metrics.total, has_elongation);
 	summary->baseline = result->baseline ? figures_of(&job->baseline.metrics.total, has_elongation) : no_figures;
 	summary->steiner = job->ours.tree.stats;
+	find_warnings(job, &summary->warnings);
 	summary->has_baseline = result->baseline != NULL;
 	if (!summary->has_baseline)
 		return;

@@ -108,7 +108,8 @@ json_t *layout_summary_show(const struct layout_summary *summary)
 	complete = complete && add_baseline(json, summary);
 	for (size_t i = 0; complete && i < LAYOUT_FIGURES; i++)
 		complete = add_figure(json, &layout_figures[i], summary);
-	complete = complete && !json_object_set_new(json, "seconds", show_seconds(summary));
+	complete = complete && !json_object_set_new(json, "warnings", warning_list_show(&summary->warnings)) &&
+		   !json_object_set_new(json, "seconds", show_seconds(summary));
 	if (complete)
 		return json;
 	json_decref(json);

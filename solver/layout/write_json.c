@@ -385,6 +385,19 @@ static void add_baseline(const struct layout_result *result, struct text *text)
 	add_reductions_by_motion(result, text);
 }
 
+static void add_warnings(const struct layout_result *result, struct text *text)
+{
+	json_t *list = warning_list_show(&result->summary->warnings);
+	char *dump = list ? json_dumps(list, JSON_COMPACT) : NULL;
+	text_add(text, ",\n  \"warnings\":");
+	if (dump)
+		text_add(text, dump);
+	else
+		text->failed = true;
+	free(dump);
+	json_decref(list);
+}
+
 void write_layout_json(const struct layout_result *result, struct text *text)
 {
 	const struct layout_input *input = result->input;
@@ -413,6 +426,7 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 		text_format(text, ",\n  \"elongation_over\":\"%s\"",
 			    field_reference_name(metrics_elongation_over(input)));
 	add_terminals(result, text);
+	add_warnings(result, text);
 	text_add(text, ",\n  \"layout\":");
 	add_solved(result, result->ours, result->field->scale, field_energy_scale(result->field), text);
 	if (result->baseline)
