@@ -43,10 +43,18 @@ static enum tw_status parse_kind(const char *text, unsigned *kinds, struct tw_er
 	return names_refuse(&(struct names){names, JOB_KINDS}, "kind of job", text, "invalid-parameter", "kind", error);
 }
 
+/* As a problem has it, or its last word alone. */
+static const char *problem_slug(const char *text)
+{
+	static const char urn[] = "urn:tightwire:problem:";
+	bool whole = text && !strncmp(text, urn, sizeof urn - 1);
+	return whole ? text + sizeof urn - 1 : text;
+}
+
 enum tw_status list_jobs(struct api_call *call, struct tw_error *error)
 {
-	static const char *const known[] = {"kind", "state", "limit", "cursor", NULL};
-	struct job_query query = {0};
+	static const char *const known[] = {"kind", "state", "problem", "limit", "cursor", NULL};
+	struct job_query query = {.failure_type = problem_slug(query_get(&call->query, "problem"))};
 	struct job_page page = {0};
 	enum tw_status status = query_only(&call->query, known, error);
 	if (!status)
@@ -99,14 +107,6 @@ static enum tw_status parse_redrivable(const char *text, unsigned *states, struc
 				"only failed and cancelled jobs can be redriven; state is one of these, or both with a "
 				"comma");
 	return status;
-}
-
-/* As a problem has it, or its last word alone. */
-static const char *problem_slug(const char *text)
-{
-	static const char urn[] = "urn:tightwire:problem:";
-	bool whole = text && !strncmp(text, urn, sizeof urn - 1);
-	return whole ? text + sizeof urn - 1 : text;
 }
 
 static enum tw_status redrive_state(struct api_call *call, const struct redrive_query *query, int64_t until_ms,

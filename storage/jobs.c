@@ -66,11 +66,28 @@ static enum tw_status list_state(struct store *store, enum job_state state, int6
 	return row_merge(list, &q, error);
 }
 
+static enum tw_status list_problem(struct store *store, const struct job_query *query, int64_t cursor,
+				   struct row_numbers *list, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_problem"
+					" WHERE failure_type = ?1 AND failure_type <> '' AND number < ?2"
+					" AND (?3 = 0 OR ?3 >> kind & 1 = 1) AND (?4 = 0 OR ?4 >> state & 1 = 1)"
+					" ORDER BY number DESC LIMIT ?5");
+	sql_bind_text(&q, query->failure_type);
+	sql_bind_int(&q, cursor);
+	sql_bind_int(&q, query->kinds);
+	sql_bind_int(&q, query->states);
+	sql_bind_int(&q, (int64_t)list->limit);
+	return row_merge(list, &q, error);
+}
+
 static enum tw_status list_numbers(struct store *store, const struct job_query *query, struct row_numbers *list,
 				   struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
 	int64_t cursor = query->cursor > 0 ? query->cursor : INT64_MAX;
+	if (query->failure_type)
+		return list_problem(store, query, cursor, list, error);
 	for (enum job_state state = 0; status == TW_OK && state < JOB_STATES; state++) {
 		if (query->states && !(query->states >> state & 1))
 			continue;

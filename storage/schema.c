@@ -237,6 +237,7 @@ static const char counts_and_clock[] =
 	"CREATE INDEX job_by_state ON job(state, number);"
 	"CREATE INDEX job_by_kind ON job(kind, state, number);"
 	"CREATE INDEX job_by_resource_kind ON job(kind, state, resource);"
+	"CREATE INDEX job_by_problem ON job(failure_type, number) WHERE failure_type <> '';"
 	"CREATE UNIQUE INDEX job_by_change ON job(change);"
 
 	/* How many jobs there are, so that nobody has to count a million of them. */

@@ -388,6 +388,8 @@ test('jobs are redriven in bulk by kind, state and problem', async () => {
     assert.deepEqual(json, { redriven: 0, more: false });
   }
   for (const id of ids) assert.equal(await stateOf(id), 'cancelled');
+  const listed = await service.get('/v1/jobs?problem=urn:tightwire:problem:store-full');
+  assert.deepEqual(listed.json.items, []);
   const { json } = await redrive('?state=failed,cancelled&kind=record');
   assert.ok(json.redriven >= 5);
   assert.equal(json.more, false);

@@ -71,6 +71,9 @@ static void list_everything(struct fixture *f, const char *mesh)
 		struct resource_query query = {.kind = RESOURCE_MOTION, .states = states[i], .limit = 3};
 		ok(f, job_list(f->store, &job_query, &jobs, &f->error));
 		job_page_clear(&jobs);
+		job_query.failure_type = "wrong";
+		ok(f, job_list(f->store, &job_query, &jobs, &f->error));
+		job_page_clear(&jobs);
 		ok(f, resource_list(f->store, &query, &resources, &f->error));
 		resource_page_clear(&resources);
 		query.needs = mesh;
@@ -164,6 +167,8 @@ static void work_on_everything(struct fixture *f, const char *mesh, const char *
 	struct redrive_progress progress = {0};
 	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
 	assert_int_equal(progress.redriven, 1);
+	redrive.failure_type = "wrong";
+	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
 	ok(f, job_cancel(f->store, ticket.job_id, &state, &f->error));
 	read_everything(f, mesh, ticket.job_id);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, "{}", layout);

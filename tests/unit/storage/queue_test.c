@@ -406,6 +406,27 @@ static void many_are_redriven_by_query_in_steps(void **state)
 	ok(f, job_cancel(f->store, page.jobs[0].id, &after, &f->error));
 	job_page_clear(&page);
 
+	/* Listed by problem, in pages, newest first, and by kind and state besides. */
+	struct job_query listed = {.failure_type = "store-full", .limit = 100};
+	size_t found = 0;
+	do {
+		ok(f, job_list(f->store, &listed, &page, &f->error));
+		for (size_t i = 0; i < page.count; i++)
+			assert_string_equal(page.jobs[i].failure.type, "store-full");
+		found += page.count;
+		listed.cursor = page.next;
+		job_page_clear(&page);
+	} while (listed.cursor);
+	assert_int_equal(found, 121);
+	listed.kinds = JOB_KIND_BIT(JOB_COMPUTE_FIELD);
+	ok(f, job_list(f->store, &listed, &page, &f->error));
+	assert_int_equal(page.count, 1);
+	job_page_clear(&page);
+	listed.states = 1u << JOB_CANCELLED;
+	ok(f, job_list(f->store, &listed, &page, &f->error));
+	assert_int_equal(page.count, 0);
+	job_page_clear(&page);
+
 	/* By problem and kind: the field stays. */
 	struct redrive_query full = {
 		.state = JOB_FAILED, .failure_type = "store-full", .kinds = JOB_KIND_BIT(JOB_COMPUTE_LAYOUT)};
