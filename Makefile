@@ -43,7 +43,7 @@ ifeq ($(flags.$(config)),)
 $(error config=$(config) is not one of release, check, debug, sanitize, thread)
 endif
 package_cflags = $(shell pkg-config --cflags $(packages) 2>/dev/null | sed 's/-I\([^ ]*\)/-isystem \1/g')
-package_libs = $(shell pkg-config --libs $(packages) 2>/dev/null)
+package_libs = $(shell pkg-config --libs $(packages) 2>/dev/null) -lamd -lsuitesparseconfig
 test_cflags = $(shell pkg-config --cflags $(test_packages) 2>/dev/null)
 test_libs = $(shell pkg-config --libs $(test_packages) 2>/dev/null)
 common := -I. $(floating) $(flags.$(config)) -pthread -MMD -MP -D_GNU_SOURCE

@@ -14,20 +14,19 @@
 #include "solver/steiner/guess.h"
 #include "solver/steiner/primal/primal.h"
 #include "solver/steiner/primal/repeat.h"
+#include "solver/steiner/raise.h"
 #include "solver/steiner/reduce/bound.h"
 #include "solver/steiner/reduce/fix.h"
 #include "solver/steiner/reduce/reduce.h"
 
 /* Work units for each edge; from the second round on they double from round to round. */
-enum { DUAL_SHARE = 2, PRIMAL_SHARE = 1, MOST_TERMINALS = 100 }; /* also for each terminal, up to so many */
 enum {
-	PROGRAM_SHARE = 100,
-	FEW_SHARE = 30000,
-	MANY_SQUARE = 36 * 36,
-	LEAST_BUDGET = 3000000,
-	MOST_ROUNDS = 20,
-	SHRINKS = 2
-};
+	DUAL_SHARE = 2,
+	PRIMAL_SHARE = 1,
+	FLOW_TREE_SHARE = 8,
+	MOST_TERMINALS = 100
+}; /* also for each terminal, up to so many */
+enum { PROGRAM_SHARE = 100, FEW_SHARE = 30000, MANY_SQUARE = 36 * 36, LEAST_BUDGET = 3000000, MOST_ROUNDS = 20 };
 enum { FEW_TERMINALS = 14, CUT_ROUND = 6 };
 enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, SMALL_SHARE = 700, REPEAT_SHARE = 50 };
 
@@ -106,24 +105,6 @@ static enum tw_status solve_by_cuts(struct cutter *cutter, struct search *search
 	return status;
 }
 
-/* Deletes for good what no tree as light as the best one uses. The best tree itself stays, because the heuristics start
- * from it. What is left is smaller, and where deleted edges were ways round, terminals can grow further. */
-static enum tw_status shrink(struct search *search, struct dual *dual)
-{
-	struct dual next;
-	int empty = 0;
-	if (!search_uses(search, STEINER_FIXING))
-		return TW_OK;
-	const fine_t cutoff = search_cutoff(search) + ((fine_t)1 << search->instance.shift);
-	enum tw_status status = fix_by_reduced_costs(search, dual, cutoff, &next, &empty);
-	if (status != TW_OK || empty)
-		return status;
-	*dual = next;
-	status = dual_extend(dual, search);
-	search_bound(search, dual_fine_bound(dual));
-	return status;
-}
-
 /* Exchanges get stuck where a graph is dense: there, trees from many starts are better ones. */
 static enum tw_status repeat_paths(struct search *search, unsigned round)
 {
@@ -132,21 +113,6 @@ static enum tw_status repeat_paths(struct search *search, unsigned round)
 		return TW_OK;
 	return primal_repeat(search, instance->weight, round == 1 ? 0 : 1u << round,
 			     ((uint64_t)instance->edge_count * REPEAT_SHARE) << round);
-}
-
-/* The dual's share of a round. Every deletion makes the steps after it cheaper. */
-static enum tw_status raise_bound(struct search *search, struct dual *dual, uint64_t effort)
-{
-	enum tw_status status = shrink(search, dual);
-	if (!search_uses(search, STEINER_REASCENT))
-		return status;
-	for (uint32_t i = 0; status == TW_OK && i < SHRINKS && !search_is_proven(search); i++) {
-		status = dual_improve(dual, search, effort / SHRINKS, search_cutoff(search));
-		search_bound(search, dual_fine_bound(dual));
-		if (status == TW_OK && !search_is_proven(search))
-			status = shrink(search, dual);
-	}
-	return status;
 }
 
 /* How much the stages of a round may spend. A step of dual or trees costs about as much as there are edges, and there
@@ -167,31 +133,59 @@ static uint64_t program_budget(const struct search *search, const struct effort 
 	return (LEAST_BUDGET + (FEW_SHARE / square + many) * effort->edges) << effort->round;
 }
 
-static enum tw_status improve_tree(struct search *search, const struct dual *dual, struct effort *effort)
+/* Trees that follow the flow's prices: what the optimum uses is cheap. */
+static enum tw_status follow_flow(struct search *search, const struct flow *flow, unsigned round)
 {
-	const uint64_t before = search->best_weight, share = PRIMAL_SHARE * effort->edges * effort->terminals;
-	search_enter(search, "primal heuristics");
-	enum tw_status status = is_small(search) ? repeat_paths(search, effort->round) : TW_OK;
-	if (status == TW_OK)
-		status = primal_improve(search, dual, share << effort->primal_round);
-	effort->primal_round += search->best_weight < before;
+	const struct arena_mark mark = arena_mark(search->arena);
+	fine_t *cost = ARENA_ARRAY(search->arena, search->instance.edge_count, fine_t);
+	enum tw_status status = TW_OK;
+	if (cost && search_uses(search, STEINER_PRIMAL)) {
+		flow_prices(flow, search, cost);
+		status = primal_repeat(search, cost, round, FLOW_TREE_SHARE * (uint64_t)search->instance.edge_count);
+	}
+	arena_release(search->arena, mark);
 	return status;
 }
 
-/* A better tree and a better dual: the dual finds the tree's corridor, the tree guides the dual. */
-static enum tw_status prepare(struct search *search, struct dual *dual, struct effort *effort)
+static enum tw_status improve_tree(struct search *search, const struct dual *dual, const struct flow *flow,
+				   struct effort *effort)
 {
 	const double started_s = search_clock_s();
-	enum tw_status status = improve_tree(search, dual, effort);
-	const double improved_s = search_clock_s();
-	search->stats->seconds_primal += improved_s - started_s;
-	if (status == TW_OK && !search_is_proven(search)) {
-		search_enter(search, "dual ascent");
-		const uint64_t share = DUAL_SHARE * effort->edges * effort->terminals;
-		status = raise_bound(search, dual, (share > LEAST_BUDGET ? share : LEAST_BUDGET) << effort->round);
-	}
-	search->stats->seconds_dual += search_clock_s() - improved_s;
+	const uint64_t before = search->best_weight, share = PRIMAL_SHARE * effort->edges * effort->terminals;
+	search_enter(search, "primal heuristics");
+	enum tw_status status = is_small(search) ? repeat_paths(search, effort->round) : TW_OK;
+	if (status == TW_OK && flow)
+		status = follow_flow(search, flow, effort->round);
+	if (status == TW_OK)
+		status = primal_improve(search, dual, share << effort->primal_round);
+	effort->primal_round += search->best_weight < before;
+	search->stats->seconds_primal += search_clock_s() - started_s;
 	return status;
+}
+
+static enum tw_status improve_dual(struct search *search, struct dual *dual, struct raise *raise,
+				   const struct effort *effort)
+{
+	const double started_s = search_clock_s();
+	const uint64_t share = DUAL_SHARE * effort->edges * effort->terminals;
+	search_enter(search, "dual bound");
+	const enum tw_status status =
+		raise_bound(raise, search, dual, (share > LEAST_BUDGET ? share : LEAST_BUDGET) << effort->round);
+	search->stats->seconds_dual += search_clock_s() - started_s;
+	return status;
+}
+
+/* A better tree and a better dual. The dual finds the tree's corridor; the tree deletes what the dual need not look at,
+ * and guides the dual's local search, which is blind without. */
+static enum tw_status prepare(struct search *search, struct dual *dual, struct raise *raise, struct effort *effort)
+{
+	const bool is_dual_first = !raise->has_no_flow;
+	enum tw_status status =
+		is_dual_first ? improve_dual(search, dual, raise, effort) : improve_tree(search, dual, NULL, effort);
+	if (status != TW_OK || search_is_proven(search))
+		return status;
+	return is_dual_first ? improve_tree(search, dual, raise->flow, effort)
+			     : improve_dual(search, dual, raise, effort);
 }
 
 /* Out of budget is no reason to stop; out of memory is none for the other stage. */
@@ -252,12 +246,17 @@ static enum tw_status take_turns(struct cutter *cutter, struct search *search, s
 		.terminals = terminals < MOST_TERMINALS ? terminals : MOST_TERMINALS,
 	};
 	uint64_t lightest_at = 0;
+	struct raise raise = {0};
 	for (unsigned round = 0;; round += round < MOST_ROUNDS) {
 		effort.round = round;
-		const enum tw_status status = round ? prepare(search, dual, &effort) : TW_OK;
+		/* Better bounds and trees do not help with ties. */
+		const bool is_due = round && !search_is_lightest(search);
+		const enum tw_status status = is_due ? prepare(search, dual, &raise, &effort) : TW_OK;
 		const uint64_t left = work_for_ties(search, &lightest_at), share = program_budget(search, &effort);
 		if (status != TW_OK || search_is_proven(search) || !left)
 			return status;
+		if (!round && !search_uses(search, STEINER_EARLY))
+			continue;
 		const double started_s = search_clock_s();
 		const uint64_t budget = share < left ? share : left;
 		enum tw_status program = run_program(search, dual, budget), cuts = TW_ERROR_UNSUPPORTED;

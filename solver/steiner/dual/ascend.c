@@ -127,7 +127,7 @@ enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint64
 	struct dual rival;
 	enum tw_status status = dual_init(dual, search);
 	if (status == TW_OK)
-		status = dual_init_like(&rival, search, dual);
+		status = dual_init_like(&rival, search, dual, 0);
 	for (uint32_t i = 0; status == TW_OK && i < sizeof attempts / sizeof *attempts; i++) {
 		if (i && search->work >= end)
 			break;

@@ -73,8 +73,10 @@ struct dual {
  * and two terminals. */
 enum tw_status dual_init(struct dual *dual, struct search *search) TW_NODISCARD;
 
-/* Another one for the same instance, with the survey of `from`, which it borrows. */
-enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from) TW_NODISCARD;
+/* Another one for the same instance, with root and survey of `from`, which it borrows, and room for about `members`
+ * members of balls. */
+enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from,
+			      size_t members) TW_NODISCARD;
 
 /* Takes all balls away and chooses the root, the index of a terminal: then the dual may ascend. The search's best tree
  * becomes its guide (guide.h), and does so again with every dual_improve. */

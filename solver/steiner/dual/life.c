@@ -76,11 +76,11 @@ enum tw_status dual_init(struct dual *dual, struct search *search)
 	return status == TW_OK ? allocate(dual, search, 0) : status;
 }
 
-enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from)
+enum tw_status dual_init_like(struct dual *dual, struct search *search, const struct dual *from, size_t members)
 {
 	*dual = (struct dual){
 		.root = from->root, .random = 1, .coarse_shift = from->coarse_shift, .survey = from->survey};
-	return allocate(dual, search, 0);
+	return allocate(dual, search, members);
 }
 
 enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t root)

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-enum { CASES = 100000, MESHES = 3900, FEATURES = 11, VARIANTS = FEATURES + 2 };
+enum { CASES = 100000, MESHES = 3900, FEATURES = 13, VARIANTS = FEATURES + 2 };
 
 /* The oracle takes time that triples with every terminal: most cases have few. */
 enum { FEW = 7, MANY = 14, ONE_IN = 61, ONE_MESH_IN = 101 };
@@ -134,6 +134,30 @@ static void the_dynamic_program_unpruned_equals_the_oracle(void **state)
 	arena_free(arena);
 }
 
+/* Every proof with the flow dual's bound and what it deletes, on graphs that the first attempt would solve. */
+static void with_the_flow_dual_every_case_equals_the_oracle(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	const uint64_t most = (1u << FEATURES) - 1;
+	for (uint64_t seed = 0; seed < 12000; seed++) {
+		uint64_t numbers = seed + 7000000;
+		struct instance_case c;
+		struct steiner_options options = {.disable = STEINER_EARLY};
+		if (seed % 2)
+			options.disable |= random_next(&numbers) & most & ~(uint64_t)(STEINER_DYNAMIC | STEINER_FLOW);
+		if (seed % 8)
+			case_random(&c, 8, &numbers);
+		else
+			case_mesh(&c, &numbers);
+		const struct arena_mark mark = arena_mark(arena);
+		expect(oracle_dreyfus(&c), &c, &options, arena, seed, "flow");
+		arena_release(arena, mark);
+	}
+	arena_free(arena);
+}
+
 /* Nothing but branch and cut: no reductions, no good trees, no deletion before. */
 static void branch_and_cut_alone_equals_the_oracle(void **state)
 {
@@ -175,6 +199,7 @@ int main(void)
 		cmocka_unit_test(a_hundred_thousand_small_graphs_equal_the_oracle),
 		cmocka_unit_test(meshes_of_some_hundred_vertices_equal_the_oracle),
 		cmocka_unit_test(the_dynamic_program_unpruned_equals_the_oracle),
+		cmocka_unit_test(with_the_flow_dual_every_case_equals_the_oracle),
 		cmocka_unit_test(branch_and_cut_alone_equals_the_oracle),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,231 @@
+/* Purpose: set a flow up, carry it over to a smaller instance, iterate. */
+#include "solver/steiner/flow/state.h"
+#include "solver/steiner/flow/sweep.h"
+
+#include <assert.h>
+#include <string.h>
+
+/* Costs below this share of the mean are raised to it: the factor's entries are their inverses, and single precision
+ * holds seven digits. The split does not know of it. */
+static const double least_share = 1e-4;
+
+/* The factor may have this many entries for a vertex: meshes of 23,500 vertices have 20, of 723,000 68; what is not
+ * nearly planar has hundreds and takes longer than it gains. */
+enum { ENTRIES_FOR_A_VERTEX = 120 };
+
+/* omega grows by a fifth every ten iterations: small ones find the way, large ones hold the prices together. From 0.05
+ * to 0.2 any start did as well at 23,500 vertices; larger meshes want less, as ways have more edges. */
+enum { OMEGA_PERIOD = 10, LARGE_VERTICES = 60000, HUGE_VERTICES = 400000, MANY_TERMINALS = 60 };
+static const float omega_first = 0.1f, omega_large = 0.05f, omega_huge = 0.02f, omega_growth = 1.2f;
+static const float omega_last = 0.5f, omega_last_of_many = 0.7f;
+
+/* Units of work: 100 floats of factor and edges take as long as an arc that is looked at, some 10 ns (8 ms for an
+ * iteration at 23,500 vertices and 36 terminals). */
+enum { FLOATS_FOR_A_UNIT = 100 };
+
+/* 1.2 GB: 723,000 vertices with 36 terminals take half of it. */
+enum { FLOATS_MOST = 300000000 };
+
+static enum tw_status allocate(struct flow *flow, struct arena *arena)
+{
+	const size_t m = flow->edge_count, n = flow->vertex_count, stride = flow->stride;
+	flow->ends = ARENA_ARRAY(arena, 2 * m, uint32_t);
+	flow->origin = ARENA_ARRAY(arena, m, uint32_t);
+	flow->slot = ARENA_ARRAY(arena, m, uint32_t);
+	flow->inverse = ARENA_ARRAY(arena, m, float);
+	flow->sink = ARENA_ARRAY(arena, flow->commodity_count, uint32_t);
+	flow->price = ARENA_ZEROED(arena, m, struct flow_price);
+	flow->z = ARENA_ZEROED(arena, m * stride, float);
+	flow->potential = ARENA_ZEROED(arena, n * stride, float);
+	flow->next = ARENA_ZEROED(arena, n * stride, float);
+	flow->now = ARENA_ARRAY(arena, m, uint32_t);
+	flow->left = ARENA_ARRAY(arena, 2 * m, uint32_t);
+	flow->side = ARENA_ARRAY(arena, 2 * m, uint32_t);
+	return flow->ends && flow->origin && flow->slot && flow->inverse && flow->sink && flow->price && flow->z &&
+			       flow->potential && flow->next && flow->now && flow->left && flow->side
+		       ? TW_OK
+		       : TW_ERROR_MEMORY;
+}
+
+/* Edges by the place of the end that is eliminated first. */
+static enum tw_status order_edges(struct flow *flow, struct search *search)
+{
+	const struct instance *instance = &search->instance;
+	const struct arena_mark mark = arena_mark(search->arena);
+	const uint32_t *rank = flow->ldl.rank;
+	uint32_t *next = ARENA_ZEROED(search->arena, (size_t)flow->vertex_count + 1, uint32_t);
+	const enum tw_status status = next ? TW_OK : TW_ERROR_MEMORY;
+	for (uint32_t pass = 0; pass < 2 && status == TW_OK; pass++) {
+		for (uint32_t e = 0; e < flow->edge_count; e++) {
+			const uint32_t u = rank[instance->ends[2 * e]], v = rank[instance->ends[2 * e + 1]];
+			const uint32_t first = u < v ? u : v;
+			if (!pass) {
+				next[first + 1]++;
+				continue;
+			}
+			const uint32_t slot = next[first]++;
+			flow->ends[2 * slot] = u;
+			flow->ends[2 * slot + 1] = v;
+			flow->slot[e] = slot;
+		}
+		for (uint32_t v = 0; v < flow->vertex_count && !pass; v++)
+			next[v + 1] += next[v];
+	}
+	arena_release(search->arena, mark);
+	memcpy(flow->origin, instance->origin, flow->edge_count * sizeof *flow->origin);
+	return status;
+}
+
+static enum tw_status factorise(struct flow *flow, struct search *search, const struct ldl_graph *graph,
+				const struct dual *dual)
+{
+	const struct instance *instance = &search->instance;
+	const struct arena_mark mark = arena_mark(search->arena);
+	double *weight = ARENA_ARRAY(search->arena, flow->edge_count, double), sum = 0;
+	enum tw_status status = weight ? TW_OK : TW_ERROR_MEMORY;
+	if (status == TW_OK) {
+		for (uint32_t e = 0; e < flow->edge_count; e++)
+			sum += coarse_of(instance->weight[e], dual->coarse_shift);
+		const double least = sum > 0 ? sum / flow->edge_count * least_share : 1;
+		for (uint32_t e = 0; e < flow->edge_count; e++) {
+			const double cost = coarse_of(instance->weight[e], dual->coarse_shift);
+			weight[e] = 1 / (cost > least ? cost : least);
+			flow->inverse[flow->slot[e]] = (float)weight[e];
+		}
+		status = ldl_factorise(&flow->ldl, search->arena, graph, weight, instance->terminal[flow->root]);
+	}
+	arena_release(search->arena, mark);
+	return status;
+}
+
+/* Whether the matrices may be had: no more than half of the memory that is left, since the dynamic program wants some,
+ * too. */
+static bool fits(const struct flow *flow, const struct search *search)
+{
+	const size_t floats = ((size_t)flow->edge_count + 2 * (size_t)flow->vertex_count) * flow->stride;
+	const size_t limit = search->options->memory_limit, used = arena_used(search->arena);
+	return floats <= FLOATS_MOST && (!limit || (used < limit && floats * sizeof(float) <= (limit - used) / 2));
+}
+
+static enum tw_status set_up(struct flow *flow, struct search *search, const struct dual *dual)
+{
+	const struct instance *instance = &search->instance;
+	const struct ldl_graph graph = {instance->vertex_count, instance->edge_count, instance->ends};
+	*flow = (struct flow){
+		.vertex_count = instance->vertex_count,
+		.edge_count = instance->edge_count,
+		.root = dual->root,
+		.commodity_count = instance->terminal_count - 1,
+		.stride = lanes_padded(instance->terminal_count - 1),
+		.omega = instance->vertex_count < LARGE_VERTICES  ? omega_first
+			 : instance->vertex_count < HUGE_VERTICES ? omega_large
+								  : omega_huge,
+	};
+	if (!fits(flow, search))
+		return TW_ERROR_MEMORY;
+	enum tw_status status =
+		ldl_analyse(&flow->ldl, search->arena, &graph, (size_t)instance->vertex_count * ENTRIES_FOR_A_VERTEX);
+	if (status == TW_OK)
+		status = allocate(flow, search->arena);
+	if (status == TW_OK)
+		status = order_edges(flow, search);
+	if (status == TW_OK)
+		status = factorise(flow, search, &graph, dual);
+	flow->ground = status == TW_OK ? flow->ldl.rank[instance->terminal[flow->root]] : 0;
+	for (uint32_t i = 0; i < flow->commodity_count && status == TW_OK; i++)
+		flow->sink[i] = flow->ldl.rank[instance->terminal[flow_terminal(flow, i)]];
+	search->work += 4 * ldl_entries(&flow->ldl);
+	return status;
+}
+
+/* A failure leaves nothing behind. */
+static enum tw_status set_up_new(struct flow **flow, struct search *search, const struct dual *dual)
+{
+	const struct arena_mark mark = arena_mark(search->arena);
+	struct flow *new = ARENA_ARRAY(search->arena, 1, struct flow);
+	const enum tw_status status = new ? set_up(new, search, dual) : TW_ERROR_MEMORY;
+	if (status == TW_OK)
+		*flow = new;
+	else
+		arena_release(search->arena, mark);
+	return status;
+}
+
+enum tw_status flow_new(struct flow **flow, struct search *search, const struct dual *dual)
+{
+	*flow = NULL;
+	return set_up_new(flow, search, dual);
+}
+
+enum tw_status flow_shrink(struct flow **flow, struct search *search, const struct dual *dual)
+{
+	const struct flow *old = *flow;
+	struct flow *new;
+	const enum tw_status status = set_up_new(&new, search, dual);
+	if (status != TW_OK)
+		return status;
+	assert(new->root == old->root &&new->stride == old->stride);
+	new->omega = old->omega;
+	new->iteration = old->iteration;
+	for (uint32_t e = 0, i = 0; e < new->edge_count; e++, i++) {
+		while (old->origin[i] != new->origin[e])
+			i++;
+		assert(i < old->edge_count);
+		const size_t to = new->slot[e], from = old->slot[i], row = new->stride;
+		memcpy(new->z + to *row, old->z + from * row, row * sizeof *new->z);
+		new->price[to] = old->price[from];
+	}
+	flow_restore(new);
+	*flow = new;
+	return TW_OK;
+}
+
+uint32_t flow_edges(const struct flow *flow)
+{
+	return flow->edge_count;
+}
+
+/* A ball that reaches the root holds about half of the graph. */
+size_t flow_members(const struct flow *flow)
+{
+	return (size_t)flow->vertex_count * flow->commodity_count / 2;
+}
+
+uint64_t flow_work(const struct flow *flow)
+{
+	return flow->stride * (2 * ldl_entries(&flow->ldl) + 16 * (uint64_t)flow->edge_count) / FLOATS_FOR_A_UNIT + 1;
+}
+
+double flow_value(const struct flow *flow)
+{
+	double sum = 0;
+	for (uint32_t i = 0; i < flow->commodity_count; i++)
+		sum -= (double)flow->potential[(size_t)flow->sink[i] * flow->stride + i];
+	return sum;
+}
+
+static void solve(struct flow *flow)
+{
+	for (uint32_t i = 0; i < flow->commodity_count; i++)
+		flow->next[(size_t)flow->sink[i] * flow->stride + i] -= 1 / flow->omega;
+	memset(flow->next + (size_t)flow->ground * flow->stride, 0, flow->stride * sizeof *flow->next);
+	float *const x = flow->next;
+	flow->next = flow->potential;
+	flow->potential = x;
+	ldl_solve(&flow->ldl, x, flow->stride, 0, flow->stride);
+}
+
+enum tw_status flow_iterate(struct flow *flow, struct search *search, uint32_t iterations)
+{
+	const float last = flow->commodity_count < MANY_TERMINALS ? omega_last : omega_last_of_many;
+	for (uint32_t i = 0; i < iterations; i++) {
+		solve(flow);
+		flow->iteration++;
+		const bool grows = flow->iteration % OMEGA_PERIOD == 0 && flow->omega < last;
+		flow_sweep(flow, grows ? 1 / omega_growth : 1);
+		flow->omega *= grows ? omega_growth : 1;
+		if (!search_spend(search, flow_work(flow)))
+			return TW_ERROR_CANCELLED;
+	}
+	return TW_OK;
+}

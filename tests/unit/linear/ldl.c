@@ -1,0 +1,158 @@
+/* The sparse factorisation against dense Gaussian elimination, and against the equations themselves. */
+#include "solver/linear/ldl.h"
+#include "../steiner/oracle.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+enum { COLUMNS = 24, MATRICES = 300 };
+
+struct system {
+	struct instance_case c;
+	struct ldl_graph graph;
+	double weight[CASE_EDGES];
+	struct ldl ldl;
+	uint32_t ground;
+};
+
+static void make_system(struct system *s, struct arena *arena, uint64_t seed)
+{
+	uint64_t numbers = seed + 8000000;
+	*s = (struct system){0};
+	if (seed % 3)
+		case_random(&s->c, 2, &numbers);
+	else
+		case_mesh(&s->c, &numbers);
+	/* A path through all vertices, so that the graph is connected. */
+	for (uint32_t v = 1; v < s->c.vertex_count; v++)
+		case_edge(&s->c, v - 1, v);
+	for (uint32_t e = 0; e < s->c.edge_count; e++)
+		s->weight[e] = 0.01 + (double)(random_next(&numbers) % 10000) / (seed % 2 ? 10000 : 10);
+	s->graph = (struct ldl_graph){s->c.vertex_count, s->c.edge_count, s->c.ends};
+	s->ground = random_below(&numbers, s->c.vertex_count);
+	assert_int_equal(ldl_analyse(&s->ldl, arena, &s->graph, SIZE_MAX), TW_OK);
+	const size_t used = arena_used(arena);
+	assert_int_equal(ldl_factorise(&s->ldl, arena, &s->graph, s->weight, s->ground), TW_OK);
+	assert_int_equal(arena_used(arena), used);
+}
+
+/* Fills right-hand sides, 0 at the ground; `by_vertex` has them by the caller's numbers. */
+static void fill(const struct system *s, float *x, double (*by_vertex)[COLUMNS], uint64_t seed)
+{
+	for (uint32_t v = 0; v < s->c.vertex_count; v++)
+		for (uint32_t i = 0; i < COLUMNS; i++) {
+			by_vertex[v][i] = v == s->ground ? 0 : (double)(random_next(&seed) % 2001) / 1000 - 1;
+			x[(size_t)s->ldl.rank[v] * COLUMNS + i] = (float)by_vertex[v][i];
+			by_vertex[v][i] = x[(size_t)s->ldl.rank[v] * COLUMNS + i];
+		}
+}
+
+/* Solves the dense system for one column by elimination without pivots, in place. */
+static void eliminate(const struct system *s, double (*a)[CASE_VERTICES], double *b)
+{
+	const uint32_t n = s->c.vertex_count;
+	memset(a, 0, sizeof(double[CASE_VERTICES][CASE_VERTICES]));
+	for (uint32_t e = 0; e < s->c.edge_count; e++) {
+		const uint32_t u = s->c.ends[2 * e], v = s->c.ends[2 * e + 1];
+		a[u][u] += s->weight[e], a[v][v] += s->weight[e];
+		a[u][v] -= s->weight[e], a[v][u] -= s->weight[e];
+	}
+	for (uint32_t v = 0; v < n; v++)
+		a[v][s->ground] = a[s->ground][v] = v == s->ground;
+	for (uint32_t k = 0; k < n; k++)
+		for (uint32_t i = k + 1; i < n; i++) {
+			const double factor = a[i][k] / a[k][k];
+			for (uint32_t j = k; j < n && factor != 0; j++)
+				a[i][j] -= factor * a[k][j];
+			b[i] -= factor * b[k];
+		}
+	for (uint32_t k = n; k-- > 0;) {
+		for (uint32_t j = k + 1; j < n; j++)
+			b[k] -= a[k][j] * b[j];
+		b[k] /= a[k][k];
+	}
+}
+
+static void it_solves_what_dense_elimination_solves(void **state)
+{
+	(void)state;
+	static double dense[CASE_VERTICES][CASE_VERTICES], by_vertex[CASE_VERTICES][COLUMNS];
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	for (uint64_t seed = 0; seed < MATRICES; seed++) {
+		const struct arena_mark mark = arena_mark(arena);
+		struct system s;
+		make_system(&s, arena, seed);
+		float *x = ARENA_ARRAY(arena, (size_t)s.c.vertex_count * COLUMNS, float);
+		assert_non_null(x);
+		fill(&s, x, by_vertex, seed);
+		ldl_solve(&s.ldl, x, COLUMNS, 0, COLUMNS);
+		double column[CASE_VERTICES], largest = 0;
+		const uint32_t i = (uint32_t)(seed % COLUMNS);
+		for (uint32_t v = 0; v < s.c.vertex_count; v++)
+			column[v] = by_vertex[v][i];
+		eliminate(&s, dense, column);
+		for (uint32_t v = 0; v < s.c.vertex_count; v++)
+			largest = fabs(column[v]) > largest ? fabs(column[v]) : largest;
+		for (uint32_t v = 0; v < s.c.vertex_count; v++)
+			assert_true(fabs(x[(size_t)s.ldl.rank[v] * COLUMNS + i] - column[v]) <= 1e-4 * largest);
+		assert_true(x[(size_t)s.ldl.rank[s.ground] * COLUMNS + i] == 0);
+		arena_release(arena, mark);
+	}
+	arena_free(arena);
+}
+
+static void columns_alone_are_the_same_bits_as_all_at_once(void **state)
+{
+	(void)state;
+	static double by_vertex[CASE_VERTICES][COLUMNS];
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	for (uint64_t seed = 0; seed < MATRICES / 5; seed++) {
+		const struct arena_mark mark = arena_mark(arena);
+		struct system s;
+		make_system(&s, arena, seed);
+		const size_t count = (size_t)s.c.vertex_count * COLUMNS;
+		float *x = ARENA_ARRAY(arena, count, float), *y = ARENA_ARRAY(arena, count, float);
+		assert_true(x && y);
+		fill(&s, x, by_vertex, seed);
+		memcpy(y, x, count * sizeof *y);
+		ldl_solve(&s.ldl, x, COLUMNS, 0, COLUMNS);
+		for (uint32_t i = COLUMNS; i > 0; i -= LANES_BLOCK)
+			ldl_solve(&s.ldl, y, COLUMNS, i - LANES_BLOCK, i);
+		assert_memory_equal(x, y, count * sizeof *x);
+		arena_release(arena, mark);
+	}
+	arena_free(arena);
+}
+
+static void what_is_too_dense_or_does_not_fit_is_refused(void **state)
+{
+	(void)state;
+	struct instance_case c = {0};
+	struct ldl ldl;
+	shape_complete(&c, 40);
+	const struct ldl_graph graph = {c.vertex_count, c.edge_count, c.ends};
+	struct arena *arena = arena_new(0), *small = arena_new(3000);
+	assert_true(arena && small);
+	assert_int_equal(ldl_analyse(&ldl, arena, &graph, 40 * 39 / 2 - 1), TW_ERROR_MEMORY);
+	assert_int_equal(ldl_analyse(&ldl, arena, &graph, 40 * 39 / 2), TW_OK);
+	assert_int_equal(ldl_entries(&ldl), 40 * 39 / 2);
+	assert_int_equal(ldl_analyse(&ldl, small, &graph, SIZE_MAX), TW_ERROR_MEMORY);
+	arena_free(arena);
+	arena_free(small);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(it_solves_what_dense_elimination_solves),
+		cmocka_unit_test(columns_alone_are_the_same_bits_as_all_at_once),
+		cmocka_unit_test(what_is_too_dense_or_does_not_fit_is_refused),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
