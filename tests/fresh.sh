@@ -76,11 +76,15 @@ sources() {
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 [ -f $keyring ] || keyring=
 install_debootstrap() {
+	# What is thrown away need not be synced to the disk; nothing else changes by it.
+	mkdir -p "$root/etc/dpkg/dpkg.cfg.d" && echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fresh"
 	command -v apt-get >/dev/null || return 1
 	DEBIAN_FRONTEND=noninteractive apt-get -qq update &&
 		DEBIAN_FRONTEND=noninteractive apt-get -qq --yes --no-install-recommends install debootstrap
 }
 bootstrap() {
+	# What is thrown away need not be synced to the disk; nothing else changes by it.
+	mkdir -p "$root/etc/dpkg/dpkg.cfg.d" && echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fresh"
 	mirror=$(sources | awk '$2 == "bookworm" { print $1; exit }')
 	debootstrap --variant=minbase --include=git,make,ca-certificates ${keyring:+"--keyring=$keyring"} bookworm \
 		"$root" ${mirror:+"$mirror"}
