@@ -11,12 +11,16 @@ passed=0 failed=0 skipped=0
 
 count() { grep -c "$1" "$2" || true; }
 
-# The programs run side by side, one for each core; each leaves its output, and its exit code once it has ended.
+# The programs run side by side, one for each core; each leaves its output, and its exit code once it has ended. They are a
+# process group of their own, which ends with this script.
 start_unit() { # PROGRAM…
-	printf '%s\n' "$@" | xargs -P "$(nproc)" -I '{}' sh -c '
+	printf '%s\n' "$@" >"$logs/units"
+	setsid xargs -a "$logs/units" -P "$(nproc)" -I '{}' sh -c '
 		log=$1/unit-$(echo "${2#"$BUILD"/tests/unit/}" | tr / -)
 		CMOCKA_MESSAGE_OUTPUT=TAP "$2" >"$log.tap" 2>"$log.tap.err"
 		echo $? >"$log.code.new" && mv "$log.code.new" "$log.code"' sh "$logs" '{}' &
+	units=$!
+	trap 'kill -s TERM -- "-$units" 2>/dev/null; exit 130' INT TERM HUP
 }
 
 # They are told of in the order of their names, whichever ends first.
@@ -28,7 +32,7 @@ run_unit() {
 		name=${program#"$BUILD"/tests/unit/}
 		log="$logs/unit-$(echo "$name" | tr / -).tap"
 		while [ ! -e "${log%.tap}.code" ]; do
-			kill -0 $! 2>/dev/null || break
+			kill -0 "$units" 2>/dev/null || break
 			sleep 0.1
 		done
 		code=$(cat "${log%.tap}.code" 2>/dev/null || echo 'lost')
