@@ -193,19 +193,25 @@ static enum tw_status take_uploads(struct store *store, int64_t resource, const 
 	return status;
 }
 
+static const char *unsuccessful_end(enum job_state state)
+{
+	return state == JOB_CANCELLED ? "was cancelled" : state == JOB_INCOMPLETE ? "is incomplete" : "has failed";
+}
+
 static enum tw_status refuse_failed_need(struct store *store, int64_t resource, struct tw_error *error)
 {
 	struct sql q = sql_query(
-		store, "SELECT r.id, j.failure_text FROM need n JOIN resource r ON r.number = n.needed"
+		store, "SELECT r.id, j.state, j.failure_text FROM need n JOIN resource r ON r.number = n.needed"
 		       " JOIN job j ON j.resource = r.number WHERE n.resource = ? AND j.state IN " SQL_UNSUCCESSFUL
 		       " LIMIT 1");
 	sql_bind_int(&q, resource);
 	enum tw_status refused = TW_OK;
 	if (sql_step(&q)) {
 		const char *id = sql_text(&q);
+		const char *end = unsuccessful_end((enum job_state)sql_int(&q));
+		const char *text = sql_text(&q);
 		refused = tw_fail(error, TW_ERROR_CONFLICT, "dependency-failed", NULL,
-				  "%s, which this would be made from, has failed or was cancelled: %.250s", id,
-				  sql_text(&q));
+				  "%s, which this would be made from, %s%s%.250s", id, end, *text ? ": " : "", text);
 	}
 	enum tw_status status = sql_end(&q, refused == TW_OK ? error : NULL);
 	return refused != TW_OK ? refused : status;
