@@ -237,18 +237,34 @@ static void run(struct loop *loop, struct client *client)
 /* --- new connections ------------------------------------------------------------------------------------------------
  */
 
-/* The client that has been idle for longest, or, with `excused`, the oldest of those beyond the limits. */
-static struct client *find_oldest(const struct loop *loop, bool excused)
+/* The client that has been idle for longest. */
+static struct client *find_idle(const struct loop *front)
 {
 	struct client *oldest = NULL;
-	for (struct client *client = loop->clients; client; client = client->next) {
+	for (struct client *client = front->clients; client; client = client->next) {
 		const struct http_connection *c = client->connection;
-		if ((c->excuse != NULL) != excused || (!excused && c->phase != CONNECTION_IDLE))
+		if (c->excuse || c->phase != CONNECTION_IDLE)
 			continue;
 		if (!oldest || c->since_ms < oldest->connection->since_ms)
 			oldest = client;
 	}
 	return oldest;
+}
+
+/* Of those beyond the limits the one that can go first: who has its answer, then who has been there for longest. */
+static struct client *find_excused(const struct loop *front)
+{
+	struct client *first = NULL;
+	for (struct client *client = front->clients; client; client = client->next) {
+		const struct http_connection *c = client->connection;
+		if (!c->excuse)
+			continue;
+		if (c->phase == CONNECTION_LINGERING)
+			return client;
+		if (!first || c->since_ms < first->connection->since_ms)
+			first = client;
+	}
+	return first;
 }
 
 /* Makes room where there is none; NULL, or why the new client is one too many. */
@@ -261,7 +277,7 @@ static const struct tw_error *find_excuse(struct loop *front, unsigned of_addres
 		return &too_many_of_yours;
 	if (usual < atomic_load(&limits->connections))
 		return NULL;
-	struct client *idle = find_oldest(front, false);
+	struct client *idle = find_idle(front);
 	if (!idle)
 		return &too_many;
 	drop(front, idle);
@@ -284,7 +300,7 @@ static void welcome(struct loop *front, int socket, const struct sockaddr_storag
 	client->address = key;
 	client->connection->excuse = find_excuse(front, address_add(server->addresses, key));
 	struct client *oldest =
-		client->connection->excuse && front->excused_count >= HTTP_RESERVE ? find_oldest(front, true) : NULL;
+		client->connection->excuse && front->excused_count >= HTTP_RESERVE ? find_excused(front) : NULL;
 	if (oldest)
 		drop(front, oldest);
 	metrics_set_connections(server->context.metrics, atomic_fetch_add(&server->clients, 1) + 1);
