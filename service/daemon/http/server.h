@@ -19,7 +19,7 @@
 
 #include <stdbool.h>
 
-#define HTTP_RESERVE 64u /* connections beyond the limit */
+#define HTTP_RESERVE 256u /* connections beyond the limit */
 
 struct http_server;
 
