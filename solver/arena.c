@@ -4,6 +4,7 @@
  * Under AddressSanitizer every array is a block of just its size, so that a step beyond its end is seen. */
 #include "solver/arena.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,8 +31,9 @@ struct block {
 struct arena {
 	struct block *newest; /* owned */
 	size_t budget;
-	size_t total; /* bytes handed out */
-	size_t peak;
+	size_t total;   /* bytes handed out */
+	size_t charged; /* bytes that others hold */
+	size_t peak;    /* of both */
 };
 
 static size_t round_up(size_t size)
@@ -75,13 +77,19 @@ static struct block *block_push(struct arena *arena, size_t size)
 	return block;
 }
 
+static void note_peak(struct arena *arena)
+{
+	if (arena->total + arena->charged > arena->peak)
+		arena->peak = arena->total + arena->charged;
+}
+
 void *arena_array(struct arena *arena, size_t count, size_t size)
 {
 	size_t exact;
 	if (__builtin_mul_overflow(count, size, &exact) || exact > SIZE_MAX - ARENA_ALIGN)
 		return NULL;
 	const size_t bytes = round_up(exact);
-	if (bytes > arena->budget - arena->total)
+	if (bytes > arena->budget - arena->total - arena->charged)
 		return NULL;
 	struct block *block = arena->newest;
 	if (!block || !ARENA_BLOCK || bytes > block->capacity - block->used)
@@ -91,9 +99,23 @@ void *arena_array(struct arena *arena, size_t count, size_t size)
 	void *memory = block_bytes(block) + block->used;
 	block->used += bytes;
 	arena->total += bytes;
-	if (arena->total > arena->peak)
-		arena->peak = arena->total;
+	note_peak(arena);
 	return memory;
+}
+
+bool arena_charge(struct arena *arena, size_t bytes)
+{
+	if (bytes > arena->budget - arena->total - arena->charged)
+		return false;
+	arena->charged += bytes;
+	note_peak(arena);
+	return true;
+}
+
+void arena_discharge(struct arena *arena, size_t bytes)
+{
+	assert(bytes <= arena->charged);
+	arena->charged -= bytes;
 }
 
 void *arena_zeroed(struct arena *arena, size_t count, size_t size)
@@ -127,7 +149,7 @@ void arena_release(struct arena *arena, struct arena_mark mark)
 
 size_t arena_used(const struct arena *arena)
 {
-	return arena->total;
+	return arena->total + arena->charged;
 }
 
 size_t arena_peak(const struct arena *arena)

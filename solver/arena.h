@@ -5,6 +5,8 @@
 
 #include "tightwire.h"
 
+#include <stdbool.h>
+
 struct arena;
 
 /* A place in the arena to return to. */
@@ -26,11 +28,16 @@ void *arena_zeroed(struct arena *arena, size_t count, size_t size) TW_NODISCARD;
 #define ARENA_ARRAY(arena, count, type) ((type *)arena_array((arena), (count), sizeof(type)))
 #define ARENA_ZEROED(arena, count, type) ((type *)arena_zeroed((arena), (count), sizeof(type)))
 
+/* Counts memory that somebody else holds (a library, which has no arena) against the budget: false, and nothing is
+ * counted, where it does not fit. Marks do not touch it; arena_discharge gives it back. */
+bool arena_charge(struct arena *arena, size_t bytes) TW_NODISCARD;
+void arena_discharge(struct arena *arena, size_t bytes);
+
 /* Frees everything that was allocated after the mark was taken. */
 struct arena_mark arena_mark(const struct arena *arena);
 void arena_release(struct arena *arena, struct arena_mark mark);
 
-/* Bytes handed out now, and the largest that ever was. */
+/* Bytes handed out and charged now, and the largest that ever were. */
 size_t arena_used(const struct arena *arena);
 size_t arena_peak(const struct arena *arena);
 

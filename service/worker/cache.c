@@ -12,15 +12,28 @@
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "arrays are stored as they lie in memory");
 
 struct cache {
+	size_t budget; /* of both arenas together; 0: no limit */
 	struct arena *mesh_arena;
 	struct cached_mesh mesh; /* id "" when there is none */
 	struct arena *field_arena;
 	struct cached_field field;
 };
 
-struct cache *cache_new(void)
+struct cache *cache_new(size_t budget)
 {
-	return calloc(1, sizeof(struct cache));
+	struct cache *cache = calloc(1, sizeof *cache);
+	if (cache)
+		cache->budget = budget;
+	return cache;
+}
+
+/* What a field may take beside its mesh, which is the same whenever that mesh is loaded. */
+static size_t field_budget(const struct cache *cache)
+{
+	size_t used = arena_used(cache->mesh_arena);
+	if (!cache->budget)
+		return 0;
+	return used < cache->budget ? cache->budget - used : 1;
 }
 
 static void drop_field(struct cache *cache)
@@ -136,7 +149,7 @@ static enum tw_status load_mesh(struct cache *cache, struct store *store, const 
 	struct cached_mesh *mesh = &cache->mesh;
 	struct tw_array *arrays = NULL;
 	size_t count = 0;
-	cache->mesh_arena = arena_new(0);
+	cache->mesh_arena = arena_new(cache->budget);
 	if (!cache->mesh_arena)
 		return tw_fail_memory(error);
 	enum tw_status status = read_resource_options(store, RESOURCE_MESH, id, &import_option_table, &mesh->options,
@@ -173,7 +186,7 @@ static enum tw_status load_field(struct cache *cache, struct store *store, const
 	struct field_options options;
 	struct tw_array *arrays = NULL;
 	size_t count = 0;
-	cache->field_arena = arena_new(0);
+	cache->field_arena = arena_new(field_budget(cache));
 	if (!cache->field_arena)
 		return tw_fail_memory(error);
 	enum tw_status status = read_resource_options(store, RESOURCE_FIELD, id, &field_option_table, &options,

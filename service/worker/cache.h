@@ -24,7 +24,9 @@ struct cached_field {
 	struct field field;
 };
 
-struct cache *cache_new(void); /* NULL when out of memory */
+/* `budget`: bytes that it may hold, 0 for no limit. What alone is larger than that cannot be loaded. NULL when out of
+ * memory. */
+struct cache *cache_new(size_t budget);
 void cache_free(struct cache *cache);
 
 /* Loads what is not here already. The result is borrowed until the next call for another id. Errors of the store;

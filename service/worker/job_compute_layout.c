@@ -128,7 +128,7 @@ static enum tw_status compute(struct layout_work *layout, const struct layout_re
 		.motion_count = (uint32_t)layout->motion_count,
 		.motion_has_frames = layout->motion_has_frames,
 		.threads = work->threads,
-		.memory_limit = work->memory_limit,
+		.memory_limit = work->search_limit,
 		.motion_open = open_motion,
 		.motion_mean = read_mean,
 		.progress = tell_progress,

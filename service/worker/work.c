@@ -4,6 +4,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The search of a suit of 723,000 vertices took 0.62 GiB with ten terminals, and takes what it gets with many; an
+ * import has no search, and its arena gets that share too. */
+struct work_shares work_shares_of(size_t limit, enum job_kind kind)
+{
+	bool searches = kind == JOB_COMPUTE_LAYOUT;
+	struct work_shares shares = {.cache = limit / 4, .search = searches ? limit / 2 : 0};
+	shares.arena = limit - shares.cache - shares.search;
+	return shares;
+}
+
 bool work_is_stopped(const struct work *work)
 {
 	return pulse_says_stop(work->pulse) || (work->stop && work->stop());

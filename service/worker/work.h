@@ -11,6 +11,15 @@
 
 #include <jansson.h>
 
+/* How the memory of a worker is shared out. The shares are fixed, whatever the others hold at the moment: an answer, or
+ * that there is none for want of memory, never depends on what a cache happens to have. Bytes; 0: no limit. */
+struct work_shares {
+	size_t cache;  /* garment and field, which stay from job to job */
+	size_t arena;  /* of the job: what it reads and its result */
+	size_t search; /* of the job: scratch of the Steiner search, its linear program included */
+};
+struct work_shares work_shares_of(size_t limit, enum job_kind kind);
+
 struct work {
 	struct store *store;             /* borrowed; the worker's connection */
 	const struct resource *resource; /* borrowed; what is to be made; NULL where the job makes no resource */
@@ -19,7 +28,7 @@ struct work {
 	struct arena *arena;             /* borrowed; the result lies here */
 	bool (*stop)(void);              /* the process was asked to stop at once */
 	unsigned threads;
-	size_t memory_limit; /* bytes of scratch for a search */
+	size_t search_limit; /* bytes of scratch for a search; 0 for none */
 	struct job_result result;
 };
 

@@ -219,15 +219,16 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 {
 	struct tw_error failure = {0};
 	struct resource resource = {0};
+	const struct work_shares shares = work_shares_of(worker->settings->memory_limit, ticket->kind);
 	struct work work = {
 		.store = worker->store,
 		.resource = ticket->resource_id[0] ? &resource : NULL,
 		.cache = worker->cache,
 		.pulse = worker->pulse,
-		.arena = arena_new(worker->settings->memory_limit),
+		.arena = arena_new(shares.arena),
 		.stop = stop_at_once,
 		.threads = worker->settings->threads,
-		.memory_limit = worker->settings->memory_limit,
+		.search_limit = shares.search,
 	};
 	pulse_begin(worker->pulse, ticket);
 	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
@@ -274,6 +275,7 @@ static void install_signals(void)
 	sigaction(SIGTERM, &stop, NULL);
 	sigaction(SIGINT, &stop, NULL);
 	sigaction(SIGPIPE, &ignore, NULL);
+	sigaction(SIGHUP, &ignore, NULL);  /* the daemon's: it reads its settings again */
 	sigaction(SIGXFSZ, &ignore, NULL); /* a file size limit is an error of the store, not a reason to die */
 }
 
@@ -303,7 +305,7 @@ enum tw_status worker_run(const struct worker_settings *settings, struct tw_erro
 	enum tw_status status = store_open_existing(&worker.store, settings->store_url, error);
 	if (status == TW_OK)
 		status = start_pulse(&worker, error);
-	worker.cache = cache_new();
+	worker.cache = cache_new(work_shares_of(settings->memory_limit, JOB_COMPUTE_LAYOUT).cache);
 	if (status == TW_OK && !worker.cache)
 		status = tw_fail_memory(error);
 	if (status == TW_OK)

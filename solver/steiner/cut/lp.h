@@ -15,6 +15,7 @@ struct cut_lp {
 	double *x;             /* [arc_count] the last solution */
 	double *upper;         /* [arc_count] */
 	int exponent;          /* the program's costs are problem->cost * 2^-exponent */
+	size_t charged;        /* bytes that the program is reckoned to hold, counted in the search's arena */
 	int is_solved;         /* x is an optimum of the program */
 };
 

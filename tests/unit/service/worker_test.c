@@ -2,6 +2,8 @@
  * binary is that of the environment's TIGHTWIRE. */
 #include "service/worker/worker.h"
 
+#include "service/worker/work.h"
+
 #include "tests/unit/storage/fixture.h"
 
 #include <math.h>
@@ -312,6 +314,66 @@ static void a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives(void
 	assert_int_equal(end_worker(worker, SIGTERM), 0);
 }
 
+static void the_shares_of_the_memory_make_its_whole(void **state)
+{
+	(void)state;
+	static const size_t limits[] = {1, 7, 1 << 20, (size_t)4096 << 20, SIZE_MAX};
+	for (size_t i = 0; i < sizeof limits / sizeof *limits; i++)
+		for (enum job_kind kind = 0; kind < JOB_KINDS; kind++) {
+			struct work_shares shares = work_shares_of(limits[i], kind);
+			assert_true(shares.cache + shares.arena + shares.search == limits[i]);
+		}
+	struct work_shares none = work_shares_of(0, JOB_COMPUTE_LAYOUT);
+	assert_true(!none.cache && !none.arena && !none.search);
+}
+
+/* Loads a mesh and a field; how that ends is all that a job can notice of a cache. */
+static void load(struct fixture *f, struct cache *cache, const char *mesh_id, const char *field_id,
+		 enum tw_status outcome[2])
+{
+	const struct cached_mesh *mesh = NULL;
+	const struct cached_field *field = NULL;
+	outcome[0] = cache_mesh(cache, f->store, mesh_id, &mesh, &f->error);
+	outcome[1] = outcome[0] == TW_OK ? cache_field(cache, f->store, field_id, mesh, &field, &f->error) : TW_OK;
+}
+
+/* Whatever a worker has done before: with the same budget the same garment and field fit, or do not. */
+static void what_fits_does_not_depend_on_what_a_cache_holds(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[2][STORE_ID_SIZE], field[2][STORE_ID_SIZE];
+	char *obj = square_obj();
+	create_mesh(f, obj, mesh[0]);
+	create_mesh(f,
+		    "v 0 0 0\nv 600 0 0\nv 600 600 0\nv 0 600 0\n"
+		    "vt 0 0\nvt 600 0\nvt 600 600\nvt 0 600\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n",
+		    mesh[1]);
+	free(obj);
+	for (int i = 0; i < 2; i++) {
+		const char *needs[] = {mesh[i]};
+		create(f, (struct resource_draft){.kind = RESOURCE_FIELD, .needs = needs, .need_count = 1}, field[i]);
+	}
+	pid_t worker = start_worker(f, "w", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state > 1", 4);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 2"), 4);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	int fitted[3] = {0};
+	for (size_t budget = 16 << 10; budget < (size_t)16 << 20; budget += budget / 4) {
+		enum tw_status cold[2], warm[2], again[2], ignored[2];
+		struct cache *first = cache_new(budget), *second = cache_new(budget);
+		load(f, first, mesh[0], field[0], cold);
+		load(f, second, mesh[1], field[1], ignored);
+		load(f, second, mesh[0], field[0], warm);
+		load(f, second, mesh[0], field[0], again);
+		assert_memory_equal(cold, warm, sizeof cold);
+		assert_memory_equal(cold, again, sizeof cold);
+		fitted[(cold[0] == TW_OK) + (cold[0] == TW_OK && cold[1] == TW_OK)]++;
+		cache_free(first);
+		cache_free(second);
+	}
+	assert_true(fitted[0] && fitted[1] && fitted[2]);
+}
+
 /* A motion that takes long enough to be stopped in the middle, with its mesh done. */
 static void prepare_long_job(struct fixture *f, char motion[STORE_ID_SIZE])
 {
@@ -478,6 +540,8 @@ int main(void)
 		WORKER_TEST(frames_are_kept_as_asked),
 		WORKER_TEST(a_bad_file_fails_at_once_with_its_place),
 		WORKER_TEST(a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives),
+		cmocka_unit_test(the_shares_of_the_memory_make_its_whole),
+		WORKER_TEST(what_fits_does_not_depend_on_what_a_cache_holds),
 		WORKER_TEST(a_killed_workers_job_is_done_by_another),
 		WORKER_TEST(a_worker_that_comes_back_late_is_refused),
 		WORKER_TEST(only_the_leases_of_dead_workers_are_ended),
