@@ -91,8 +91,11 @@ static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error
 	sigaddset(&set, SIGHUP);
 	sigprocmask(SIG_BLOCK, &set, NULL);
 	signal(SIGPIPE, SIG_IGN);
-	/* Whoever started us may have ignored it, and then dead workers would vanish without a word. */
-	signal(SIGCHLD, SIG_DFL);
+	/* Whoever started us may have ignored these: dead workers would vanish without a word, and a signal that is
+	 * ignored comes through no descriptor. */
+	static const int needed[] = {SIGTERM, SIGINT, SIGCHLD, SIGHUP};
+	for (size_t i = 0; i < sizeof needed / sizeof *needed; i++)
+		signal(needed[i], SIG_DFL);
 	daemon->signals = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
 	return daemon->signals >= 0 ? TW_OK : tw_fail(error, TW_ERROR_IO, "signals", NULL, "signalfd failed");
 }

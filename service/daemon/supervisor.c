@@ -97,12 +97,15 @@ static int spawn_worker(const struct supervisor *supervisor, pid_t *pid)
 	snprintf(done, sizeof done, "--done-fd=%d", WORKER_DONE_FD);
 	char *arguments[] = {"tightwire", "worker", "--store", (char *)settings->store_url, threads, memory, lease,
 			     wake,        done,     NULL};
+	static const int inherited[] = {SIGPIPE, SIGCHLD, SIGHUP, SIGTERM, SIGINT};
 	posix_spawn_file_actions_t files;
 	posix_spawnattr_t attributes;
 	sigset_t none, defaults;
 	sigemptyset(&none);
 	sigemptyset(&defaults);
-	sigaddset(&defaults, SIGPIPE);
+	/* Not what the daemon has set or was started with. */
+	for (size_t i = 0; i < sizeof inherited / sizeof *inherited; i++)
+		sigaddset(&defaults, inherited[i]);
 	posix_spawn_file_actions_init(&files);
 	posix_spawn_file_actions_adddup2(&files, supervisor->wake[0], WORKER_WAKE_FD);
 	posix_spawn_file_actions_adddup2(&files, supervisor->done[1], WORKER_DONE_FD);

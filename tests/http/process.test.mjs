@@ -220,6 +220,62 @@ test('SIGTERM drains: held requests are answered, workers end, exit code 0', asy
   await assert.rejects(fetch(service.url + '/livez'));
 });
 
+test('SIGHUP reads keys and settings again, and takes nothing of what is wrong', async () => {
+  const folder = temporaryFolder();
+  const [keys, conf] = [join(folder.path, 'keys'), join(folder.path, 'conf')];
+  const makeKey = (name) => {
+    const { stdout, stderr } = spawnSync(tightwire, ['key', name], { encoding: 'utf8' });
+    return { line: stdout, bearer: { authorization: `Bearer ${stderr.trim()}` } };
+  };
+  const [first, second] = [makeKey('first'), makeKey('second')];
+  const settings = (more) => writeFileSync(conf, `key-file = ${keys}\nlog-level = warning\n${more}`);
+  writeFileSync(keys, first.line);
+  settings('wait-limit-s = 1\n');
+  await withService({ config: conf }, async (service) => {
+    const reload = async (words) => {
+      const before = service.log.length;
+      service.process.kill('SIGHUP');
+      await until('it has read them again', () => words.test(service.log.slice(before)));
+    };
+    const jobs = async (key) => (await service.get('/v1/jobs', { headers: key.bearer })).status;
+    assert.equal(await jobs(first), 200);
+    assert.equal(await jobs(second), 401);
+    writeFileSync(keys, second.line);
+    settings('wait-limit-s = 0\nlog-level = info\nhttp-threads = 7\n');
+    service.process.kill('SIGHUP');
+    await until('the second key is in', async () => (await jobs(second)) === 200);
+    assert.equal(await jobs(first), 401);
+    const held = await service.post('/v1/rig/recordings', {}, { prefer: 'wait=5', ...second.bearer });
+    assert.equal(held.headers.get('preference-applied'), null);
+    await reload(/ reloaded restart_for="http-threads"/);
+    assert.equal(service.workers().length, 0);
+    writeFileSync(keys, 'no key\n');
+    await reload(/ error reload .*line 1/);
+    assert.equal(await jobs(second), 200);
+    writeFileSync(keys, second.line);
+    settings('wrokers = 1\n');
+    await reload(/ error reload .*did you mean workers/);
+    assert.equal(await jobs(second), 200);
+  });
+  folder.remove();
+});
+
+test('a shell that ignores signals passes nothing of it on', async () => {
+  const service = await Service.start({ workers: 1 }, {}, 'CHLD HUP TERM INT');
+  const [before] = await until('a worker', () => service.workers().length && service.workers());
+  process.kill(before, 'SIGKILL');
+  await until('another worker', () => service.workers().some((pid) => pid !== before));
+  assert.match(service.log, /worker-ended pid=\d+ signal=9/);
+  const [worker] = service.workers();
+  service.process.kill('SIGHUP');
+  await until('it has read its settings', () => / reloaded /.test(service.log));
+  assert.equal(service.workers()[0], worker);
+  process.kill(worker, 'SIGHUP'); // of a terminal that closes: the daemon's business
+  await sleep(200);
+  assert.equal(service.workers()[0], worker);
+  assert.deepEqual(await service.stop(), { code: 0, signal: null });
+});
+
 test('a client that sends its head byte by byte is cut off, and idle connections too', async () => {
   await withService({ 'idle-timeout-s': 1, 'head-timeout-s': 2, connections: 16 }, async (service) => {
     const port = Number(new URL(service.url).port);

@@ -34,15 +34,18 @@ export function temporaryFolder() {
 }
 
 export class Service {
-  // flags: {workers: 1, 'idle-timeout-s': 2}; environment is added to this process's own.
-  static async start(flags = {}, environment = {}) {
+  // flags: {workers: 1, 'idle-timeout-s': 2}; environment is added to this process's own; ignored: signals that a shell
+  // ignores before it becomes the service, "CHLD HUP".
+  static async start(flags = {}, environment = {}, ignored = '') {
     const service = new Service();
     service.folder = temporaryFolder();
     service.store = flags.store ?? `sqlite:${join(service.folder.path, 'store.db')}`;
     const all = { listen: '127.0.0.1:0', workers: 0, ...flags, store: service.store };
     const given = Object.entries(all).map(([name, value]) => `--${name}=${value}`);
     service.log = '';
-    service.process = spawn(tightwire, ['serve', ...given], { env: { ...process.env, ...environment } });
+    const shell = ['-c', `trap "" ${ignored}; exec "$0" "$@"`, tightwire];
+    const [program, before] = ignored ? ['sh', shell] : [tightwire, []];
+    service.process = spawn(program, [...before, 'serve', ...given], { env: { ...process.env, ...environment } });
     service.process.stderr.on('data', (bytes) => (service.log += bytes));
     service.exited = new Promise((done) => service.process.on('exit', (code, signal) => done({ code, signal })));
     let out = '';
