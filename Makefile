@@ -2,12 +2,14 @@
 #   config=release|check|debug|sanitize|thread   how to compile; the default is release, and check (the same with
 #                                          asserts) for what `make test` builds
 #   V=1                                    show every command
-#   DATA=DIR INSTANCES=DIR                 real suits and Steiner instances for demo, test and bench, where they are there
+#   DATA=DIR INSTANCES=DIR CASES=DIR       real suits, Steiner instances and small bad inputs for demo, test and bench, where
+#                                          they are there
 
 test_config := $(or $(config),check)
 config ?= release
 DATA ?= ../shared/data
 INSTANCES ?= ../shared/instances
+CASES ?= ../shared/cases
 prefix ?= /usr/local
 V ?= 0
 Q := $(if $(filter 1,$(V)),,@)
@@ -120,7 +122,7 @@ $(foreach kind,unit bench tools,$(eval $(call test_program,$(kind))))
 # --- run ---------------------------------------------------------------------------------------------------------------
 # A make within make, on all cores where the caller did not say how many; the tests' one builds with its own config.
 make_all = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
-run_tests = DATA="$(DATA)" INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/build/$(test_config)/tightwire" \
+run_tests = DATA="$(DATA)" INSTANCES="$(INSTANCES)" CASES="$(CASES)" TIGHTWIRE="$(CURDIR)/build/$(test_config)/tightwire" \
 	BUILD="build/$(test_config)" sh tests/run.sh
 
 demo: deps ## install, build, start the service, lay out a suit, show the result

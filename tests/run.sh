@@ -2,7 +2,8 @@
 # run.sh [unit|http]: runs the C tests (cmocka) and the HTTP, contract, process and short soak tests (Node's test runner), each to
 # its end, and closes with one line that counts them. Exit 1 when a test failed, or when none ran.
 #   BUILD      folder of the built programs        TIGHTWIRE  the binary
-#   DATA       real suits, INSTANCES Steiner instances; tests that need them are skipped where they are not
+#   DATA       real suits, INSTANCES Steiner instances, CASES small bad inputs; tests that need them are skipped where
+#              they are not
 set -u
 which=${1:-all}
 logs="$BUILD/test-logs"

@@ -43,7 +43,11 @@ static void print_help(void)
 	printf("usage: tightwire field --worn suit.obj [--pattern flat.obj] --motion a.pc2 … --out DIR [options]\n\n"
 	       "Computes what every edge of a garment costs a wire, for a set of motions, and writes into DIR:\n\n"
 	       "  density.f64      strain energy density of each face, MPa\n"
-	       "  edge_vertex.u32  the two vertices of each edge\n"
+	       "  edge_vertex.u32  the two vertices of each edge, in the order of its weights\n"
+	       "  file_vertex.u32  the file's vertex that each vertex is; the largest number for one that refinement "
+	       "made\n"
+	       "  mesh_vertex.u32  the vertex that each of the file's became\n"
+	       "  file_face.u32    the file's face that each face is part of\n"
 	       "  weight.u64       cost of each edge, times the scale; the largest number where it is forbidden\n"
 	       "  coverage.f32     share of each edge's strip that fabric covers\n"
 	       "  field.json       options, scale, counts, and shape of each array\n\n"
@@ -124,15 +128,31 @@ static enum tw_status write_means(const struct session *session, json_t *list, s
 	return status;
 }
 
+/* Of the arrays that the service keeps with a mesh those without which a field cannot be read: its edges, and the
+ * numbers of the file. */
+static enum tw_status write_mesh_arrays(const struct session *session, json_t *list, struct tw_error *error)
+{
+	static const char *const names[] = {"edge_vertex", "file_vertex", "mesh_vertex", "file_face"};
+	const struct garment_files *files = &session->files;
+	struct tw_array arrays[GARMENT_ARRAYS];
+	size_t count = 0;
+	enum tw_status status =
+		garment_to_arrays(&files->garment, &files->topology, session->arena, arrays, &count, error);
+	for (size_t i = 0; i < count && !status; i++)
+		for (size_t n = 0; n < sizeof names / sizeof *names && !status; n++)
+			if (!strcmp(arrays[i].name, names[n]))
+				status = write_array(session, &arrays[i], list, error);
+	return status;
+}
+
 static enum tw_status write_arrays(const struct session *session, json_t *list, struct tw_error *error)
 {
 	const struct garment_files *files = &session->files;
 	struct tw_array arrays[FIELD_ARRAYS];
-	struct tw_array edges = {"edge_vertex", TW_U32, 2, files->topology.edge_count, files->topology.edge_vertex};
 	enum tw_status status = file_make_folder(session->settings.out, error);
 	field_to_arrays(&files->field, arrays);
 	if (!status)
-		status = write_array(session, &edges, list, error);
+		status = write_mesh_arrays(session, list, error);
 	for (int i = 0; i < FIELD_ARRAYS && !status; i++)
 		if (strcmp(arrays[i].name, "scale") != 0) /* a single number stands in the JSON */
 			status = write_array(session, &arrays[i], list, error);
