@@ -12,6 +12,7 @@
 /* Where a curve breaks a rule, it is drawn again with other corners beside that place, this often at most; for arcs
  * that are too tight, bolder corners are tried first. */
 enum { DRAWINGS = 7, BOLDER_DRAWINGS = 2 };
+static const double shy = 0.45, bold = 1.6; /* change of a corner's boldness */
 static const double split_share = 0.4; /* of the shorter leg: how far the two corners of a split one stand from it */
 
 double draft_stray(const struct draft *draft, uint32_t first, uint32_t end, struct vec2 point)
@@ -150,6 +151,42 @@ static double badness(const struct draft *draft, const struct polygon *polygon, 
 	return *radius_lack + (off > 0.1 ? off : 0) + (stray > 1e-3 ? stray : 0) + covered;
 }
 
+/* A corner that broke rules becomes bolder or shyer; all corners that were made of one node do so once. */
+static void change_boldness(struct polygon *polygon, uint32_t corner, uint32_t *changed, double factor)
+{
+	if (polygon->origin[corner] == *changed)
+		return;
+	*changed = polygon->origin[corner];
+	polygon->boldness[*changed] *= factor;
+}
+
+/* How far junctions come to lie from the tree's own beyond the tolerance. The corners that cut them off become shyer.
+ */
+static double judge_junctions(const struct draft *draft, struct polygon *polygon, const struct span *span,
+			      uint32_t count)
+{
+	double sum = 0;
+	uint32_t changed = GARMENT_NONE;
+	for (uint32_t node = 1; node + 1 < draft->path.count; node++) {
+		double nearest = INFINITY;
+		uint32_t corner = 0;
+		for (uint32_t s = 0; draft->junction[node] && s < count; s++) {
+			struct vec2 junction = draft->tree[node][0];
+			double distance =
+				vec2_distance(junction, span_point(&span[s], span_nearest(&span[s], junction)));
+			if (distance >= nearest)
+				continue;
+			nearest = distance;
+			corner = span[s].piece;
+		}
+		if (!draft->junction[node] || !(nearest > draft_held_mm(draft)))
+			continue;
+		sum += nearest - draft_held_mm(draft);
+		change_boldness(polygon, corner, &changed, shy);
+	}
+	return sum;
+}
+
 /* The sum over all spans. The corners beside a span that is off its piece become shyer; those of an arc that is too
  * tight become bolder, which sets the two corners of a split one farther apart. */
 static double judge(const struct draft *draft, struct polygon *polygon, const struct span *span, uint32_t count,
@@ -164,14 +201,10 @@ static double judge(const struct draft *draft, struct polygon *polygon, const st
 		if (bad == 0)
 			continue;
 		uint32_t last = span_is_arc(&span[s]) || corner + 1 == polygon->count ? corner : corner + 1;
-		for (uint32_t c = corner; c <= last; c++) {
-			if (polygon->origin[c] == changed)
-				continue;
-			changed = polygon->origin[c];
-			polygon->boldness[changed] *= bad > lack || drawing >= BOLDER_DRAWINGS ? 0.45 : 1.6;
-		}
+		for (uint32_t c = corner; c <= last; c++)
+			change_boldness(polygon, c, &changed, bad > lack || drawing >= BOLDER_DRAWINGS ? shy : bold);
 	}
-	return sum;
+	return sum + judge_junctions(draft, polygon, span, count);
 }
 
 /* Rounds the polygon, again and again while rules are broken, and keeps the drawing that breaks them least. */

@@ -27,6 +27,7 @@ struct draft {
 	struct unfolded path;
 	bool extended_first;    /* a node was put before the strand's own first */
 	bool *stop;             /* [path.count] */
+	bool *junction;         /* [path.count] another strand ends here */
 	double *rate;           /* [path.count] */
 	struct vec2 (*tree)[2]; /* [path.count - 1] the tree's own path, leg by leg, in the strand's plane */
 	double tolerance_mm; /* of straightening; less than the rules' makes for a curve that is nearer to the path */

@@ -37,22 +37,23 @@ static void find_stops(struct draft *draft)
 		draft->stop[i] = draft->path.crossing[i] || i == 0 || i + 1 == draft->path.count;
 }
 
-/* Crossings at junctions stay where they are, because other strands meet there. */
-static enum tw_status slide_crossings(struct draft *draft, struct tw_error *error)
+static void find_junctions(struct draft *draft)
 {
-	const struct smoother *smoother = draft->smoother;
-	bool *pinned = ARENA_ZEROED(smoother->arena, draft->path.count, bool);
-	if (!pinned)
-		return tw_fail_memory(error);
+	const struct branch_set *set = draft->smoother->set;
 	uint32_t node = draft->extended_first;
 	for (uint32_t i = 0; i + 1 < draft->strand->count; i++) {
-		node += smoother->set->branch[smoother->set->step[draft->strand->first + i].branch].edge_count;
-		pinned[node] = true;
+		node += set->branch[set->step[draft->strand->first + i].branch].edge_count;
+		draft->junction[node] = true;
 	}
+}
+
+/* Crossings at junctions stay where they are, because other strands meet there. */
+static void slide_crossings(struct draft *draft)
+{
+	const struct smoother *smoother = draft->smoother;
 	const struct crossing_rules rules = {.reach_mm = smoother->rules->tolerance_mm,
 					     .clearance_mm = smoother->rules->clearance_mm};
-	crossings_slide(&draft->path, smoother->network, smoother->outline, pinned, &rules);
-	return TW_OK;
+	crossings_slide(&draft->path, smoother->network, smoother->outline, draft->junction, &rules);
 }
 
 static void find_rates(struct draft *draft)
@@ -299,17 +300,17 @@ static enum tw_status draw_strand(struct draft *draft, const struct manner *mann
 	attach_end(draft, 0);
 	attach_end(draft, 1);
 	draft->stop = ARENA_ARRAY(arena, draft->path.count, bool);
+	draft->junction = ARENA_ZEROED(arena, draft->path.count, bool);
 	draft->rate = ARENA_ARRAY(arena, draft->path.count, double);
 	draft->tree = arena_array(arena, draft->path.count, sizeof *draft->tree);
 	draft->tolerance_mm = manner->tolerance_share * smoother->rules->tolerance_mm;
 	double *leeway = ARENA_ARRAY(arena, draft->path.count, double);
-	if (!draft->stop || !draft->rate || !draft->tree || !leeway)
+	if (!draft->stop || !draft->junction || !draft->rate || !draft->tree || !leeway)
 		return tw_fail_memory(error);
 	find_stops(draft);
+	find_junctions(draft);
 	if (manner->moves_path)
-		status = slide_crossings(draft, error);
-	if (status)
-		return status;
+		slide_crossings(draft);
 	find_rates(draft);
 	lay_tree(draft);
 	if (manner->moves_path)
