@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define TW_VERSION "0.1.0"
+#define TW_VERSION "0.2.0"
 
 #define TW_NODISCARD __attribute__((warn_unused_result))
 #define TW_PRINTF(format_index, first_index) __attribute__((format(printf, format_index, first_index)))
