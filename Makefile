@@ -163,7 +163,7 @@ bench-steiner: all $(out)/tests/tools/suit_instance ## suits, and every Steiner 
 
 # --- fuzz --------------------------------------------------------------------------------------------------------------
 fuzz_flags := -O2 -g -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=undefined
-fuzz_sources := $(call sources,solver storage api)
+fuzz_sources := $(call sources,solver storage api service/daemon/http)
 fuzz_objects := $(patsubst %,build/fuzz/%.o,$(fuzz_sources))
 seconds ?= 20
 build/fuzz/%.c.o: %.c
