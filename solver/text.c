@@ -59,6 +59,20 @@ void text_format(struct text *text, const char *format, ...)
 	va_end(again);
 }
 
+void text_integer(struct text *text, long value)
+{
+	char digits[24];
+	size_t at = sizeof digits;
+	unsigned long rest = value < 0 ? 0ul - (unsigned long)value : (unsigned long)value;
+	do {
+		digits[--at] = (char)('0' + rest % 10);
+		rest /= 10;
+	} while (rest);
+	if (value < 0)
+		digits[--at] = '-';
+	add_bytes(text, digits + at, sizeof digits - at);
+}
+
 /* A locale may write anything between the digits of a number, several bytes even. */
 static void use_decimal_point(char *digits)
 {
@@ -69,16 +83,46 @@ static void use_decimal_point(char *digits)
 	memmove(digits + whole + 1, digits + whole + mark, strlen(digits + whole + mark) + 1);
 }
 
+/* The digits of a number that can be scaled to a whole one below 2^53; the count is 0 where that would round otherwise
+ * than the C library, which knows all digits of a number half way between two. */
+static size_t print_scaled(char *digits, double value, int decimals)
+{
+	static const double scales[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+	if (decimals < 0 || decimals > 9 || !(fabs(value) * scales[decimals] < 0x1p53))
+		return 0;
+	double scaled = fabs(value) * scales[decimals], half = fabs(scaled - floor(scaled) - 0.5);
+	if (half <= scaled * 0x1p-51)
+		return 0;
+	unsigned long rest = (unsigned long)(scaled + 0.5);
+	char reversed[24];
+	size_t count = 0, length = 0, least = decimals ? (size_t)decimals + 2 : 1;
+	while (rest || count < least) {
+		reversed[count++] = (char)('0' + rest % 10);
+		rest /= 10;
+		if (count == (size_t)decimals)
+			reversed[count++] = '.';
+	}
+	if (value < 0)
+		digits[length++] = '-';
+	while (count)
+		digits[length++] = reversed[--count];
+	return length;
+}
+
 void text_number(struct text *text, double value, int decimals)
 {
+	char digits[400];
 	if (!isfinite(value)) {
 		text_add(text, "null");
 		return;
 	}
-	char digits[400];
-	snprintf(digits, sizeof digits, "%.*f", decimals, value);
-	use_decimal_point(digits);
-	size_t length = strlen(digits);
+	size_t length = print_scaled(digits, value, decimals);
+	if (!length) {
+		snprintf(digits, sizeof digits, "%.*f", decimals, value);
+		use_decimal_point(digits);
+		length = strlen(digits);
+	}
+	digits[length] = 0;
 	if (strchr(digits, '.')) {
 		while (digits[length - 1] == '0')
 			length--;

@@ -20,6 +20,9 @@ TW_PRINTF(2, 3) void text_format(struct text *text, const char *format, ...);
 /* With at most `decimals` decimals, without zeros behind; what is not finite is `null`. */
 void text_number(struct text *text, double value, int decimals);
 
+/* A whole number; text_format's "%ld" in a tenth of the time, for writers of many. */
+void text_integer(struct text *text, long value);
+
 /* A JSON string with its quotes. */
 void text_json(struct text *text, const char *string);
 

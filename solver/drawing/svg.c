@@ -2,6 +2,8 @@
  * the last moment, and with it the way an arc sweeps. */
 #include "solver/drawing/svg.h"
 
+#include <string.h>
+
 struct writer {
 	const struct drawing *drawing;
 	struct text *text;
@@ -107,20 +109,23 @@ static void add_text(const struct writer *writer, const struct drawing_item *ite
 /* All rows of one shade, each run from where the last one ended. */
 static void add_shade(const struct writer *writer, const struct drawing_cells *cells, uint32_t shade)
 {
+	struct text *text = writer->text;
 	long at_x = 0, at_y = 0;
 	for (uint32_t row = 0; row < cells->rows; row++) {
-		const uint8_t *line = &cells->shade[(size_t)row * cells->columns];
-		for (uint32_t column = 0, end; column < cells->columns; column = end) {
-			end = column;
-			while (end < cells->columns && line[end] == shade)
-				end++;
-			if (end == column) {
-				end++;
-				continue;
-			}
-			text_format(writer->text, "m%ld %ldh%u", (long)column - at_x, (long)row - at_y, end - column);
-			at_x = end;
+		const uint8_t *line = &cells->shade[(size_t)row * cells->columns], *end = line + cells->columns;
+		for (const uint8_t *from = line; (from = memchr(from, (int)shade, (size_t)(end - from)));) {
+			const uint8_t *to = from;
+			while (to < end && *to == shade)
+				to++;
+			text_add(text, "m");
+			text_integer(text, (from - line) - at_x);
+			text_add(text, " ");
+			text_integer(text, (long)row - at_y);
+			text_add(text, "h");
+			text_integer(text, to - from);
+			at_x = to - line;
 			at_y = row;
+			from = to;
 		}
 	}
 }

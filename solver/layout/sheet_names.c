@@ -7,24 +7,49 @@ enum { SEAM_SHORTEST_MM = 12, SEAM_TICK_MM = 5, SEAM_LABEL_MM = 11, SEAM_LETTER_
 enum { GRAIN_MM = 60, GRAIN_GAP_MM = 8 };
 enum { TERMINAL_LETTER_MM = 9, WIRE_STEP_MM = 6 };
 
-/* How far a point of a piece is from the middle of every wire, and from every terminal. */
-static double room_beside_wires(const struct layout_result *result, uint32_t piece, struct vec2 point)
+/* What room is looked for beside: the spans of every piece. */
+struct surroundings {
+	const struct layout_result *result;
+	const struct span **span; /* [first[piece_count]] by piece */
+	uint32_t *first;          /* [piece_count + 1] */
+};
+
+static enum tw_status find_surroundings(struct surroundings *around, const struct sheet *sheet)
 {
-	const struct solved *ours = result->ours;
-	double room = INFINITY;
-	for (uint32_t b = 0; b < ours->branches.branch_count; b++) {
-		const struct wire *wire = &ours->wires.wire[b];
-		for (uint32_t s = 0; s < wire->span_count; s++) {
-			const struct span *span = &wire->span[s];
-			if (span->piece != piece)
-				continue;
-			double distance = vec2_distance(point, span_point(span, span_nearest(span, point)));
-			room = distance < room ? distance : room;
-		}
+	const struct solved *ours = sheet->result->ours;
+	uint32_t pieces = sheet->result->input->garment->piece_count, count = 0;
+	for (uint32_t b = 0; b < ours->branches.branch_count; b++)
+		count += ours->wires.wire[b].span_count;
+	around->result = sheet->result;
+	around->span = ARENA_ARRAY(sheet->arena, count, const struct span *);
+	around->first = ARENA_ARRAY(sheet->arena, (size_t)pieces + 1, uint32_t);
+	if (!around->span || !around->first)
+		return tw_fail_memory(NULL);
+	around->first[0] = 0;
+	for (uint32_t p = 0, at = 0; p < pieces; p++) {
+		for (uint32_t b = 0; b < ours->branches.branch_count; b++)
+			for (uint32_t s = 0; s < ours->wires.wire[b].span_count; s++)
+				if (ours->wires.wire[b].span[s].piece == p)
+					around->span[at++] = &ours->wires.wire[b].span[s];
+		around->first[p + 1] = at;
 	}
-	for (uint32_t s = 0; s < result->sites->count; s++)
-		for (uint32_t m = 0; m < result->sites->site[s].mark_count; m++) {
-			const struct site_mark *mark = &result->sites->site[s].mark[m];
+	return TW_OK;
+}
+
+/* How far a point of a piece is from the middle of every wire, and from every terminal. */
+static double room_beside_wires(const struct surroundings *around, uint32_t piece, struct vec2 point)
+{
+	const struct site_set *sites = around->result->sites;
+	double room = INFINITY;
+	for (uint32_t i = around->first[piece]; i < around->first[piece + 1]; i++) {
+		const struct span *span = around->span[i];
+		/* No point of a span is farther from its first than the span is long. */
+		if (vec2_distance(point, span->from) - span_length(span) < room)
+			room = fmin(room, vec2_distance(point, span_point(span, span_nearest(span, point))));
+	}
+	for (uint32_t s = 0; s < sites->count; s++)
+		for (uint32_t m = 0; m < sites->site[s].mark_count; m++) {
+			const struct site_mark *mark = &sites->site[s].mark[m];
 			if (mark->piece == piece)
 				room = fmin(room, vec2_distance(point, mark->at));
 		}
@@ -39,18 +64,18 @@ static double room_in_piece(const struct layout_result *result, uint32_t piece, 
 }
 
 /* Beside the seam's middle, or along the seam as near to it as strips leave room for a number. */
-static struct vec2 place_number(const struct layout_result *result, const struct seam_middle *middle)
+static struct vec2 place_number(const struct surroundings *around, const struct seam_middle *middle)
 {
 	enum { STEP_MM = 6, STEPS = 20 };
-	double strip = result->field->options.strip_width_mm / 2, least = SEAM_LETTER_MM / 2.0;
+	double strip = around->result->field->options.strip_width_mm / 2, least = SEAM_LETTER_MM / 2.0;
 	struct vec2 first = vec2_along(middle->at, middle->inward, SEAM_LABEL_MM), best = first;
 	double best_room = -INFINITY;
 	for (int step = 0; step <= STEPS; step++) {
 		double along = (step + 1) / 2 * STEP_MM * (step % 2 ? 1 : -1);
 		struct vec2 at = vec2_along(first, vec2_left(middle->inward), along);
-		if (room_in_piece(result, middle->piece, at) < least)
+		if (room_in_piece(around->result, middle->piece, at) < least)
 			continue;
-		double room = room_beside_wires(result, middle->piece, at);
+		double room = room_beside_wires(around, middle->piece, at);
 		if (room > best_room) {
 			best_room = room;
 			best = at;
@@ -61,7 +86,8 @@ static struct vec2 place_number(const struct layout_result *result, const struct
 	return best;
 }
 
-static enum tw_status find_seams(struct sheet_names *names, const struct sheet *sheet)
+static enum tw_status find_seams(struct sheet_names *names, const struct sheet *sheet,
+				 const struct surroundings *around)
 {
 	const struct outline *outline = sheet->result->outline;
 	struct seam_middle(*middle)[2];
@@ -78,40 +104,40 @@ static enum tw_status find_seams(struct sheet_names *names, const struct sheet *
 			names->seam[names->seam_count++] = (struct seam_mark){
 				.number = seam + 1,
 				.middle = *at,
-				.label = sheet_point(sheet, at->piece, place_number(sheet->result, at)),
+				.label = sheet_point(sheet, at->piece, place_number(around, at)),
 			};
 		}
 	return TW_OK;
 }
 
-static double room_at(const struct layout_result *result, uint32_t piece, struct vec2 point)
+static double room_at(const struct surroundings *around, uint32_t piece, struct vec2 point)
 {
-	double room = room_in_piece(result, piece, point);
-	return room < 0 ? room : fmin(room, room_beside_wires(result, piece, point));
+	double room = room_in_piece(around->result, piece, point);
+	return room < 0 ? room : fmin(room, room_beside_wires(around, piece, point));
 }
 
 /* The least room along a name, and along the grain line below it, which may pass wires a little nearer. */
-static double room_for_name(const struct layout_result *result, uint32_t piece, struct vec2 middle, double half_name)
+static double room_for_name(const struct surroundings *around, uint32_t piece, struct vec2 middle, double half_name)
 {
 	enum { GRAIN_SLACK_MM = 10, NAME_POINTS = 2, GRAIN_POINTS = 4 };
 	double room = INFINITY;
 	for (int side = -NAME_POINTS; side <= NAME_POINTS; side++) {
 		struct vec2 at = {middle.x + side * half_name / NAME_POINTS, middle.y};
-		room = fmin(room, room_at(result, piece, at));
+		room = fmin(room, room_at(around, piece, at));
 	}
 	for (int step = 1; step <= GRAIN_POINTS; step++) {
 		struct vec2 below = {middle.x, middle.y - step * (double)(GRAIN_MM + GRAIN_GAP_MM) / GRAIN_POINTS};
-		room = fmin(room, room_at(result, piece, below) + GRAIN_SLACK_MM);
+		room = fmin(room, room_at(around, piece, below) + GRAIN_SLACK_MM);
 	}
 	return room;
 }
 
 /* The middle of the face around which a name has most room, and how much. */
-static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, uint32_t faces, double half_name,
+static struct vec2 roomiest(const struct surroundings *around, uint32_t piece, uint32_t faces, double half_name,
 			    double *most)
 {
 	enum { TRIES = 300 };
-	const struct garment *garment = result->input->garment;
+	const struct garment *garment = around->result->input->garment;
 	uint32_t step = faces / TRIES + 1, seen = 0;
 	struct vec2 at = {0, 0};
 	*most = -INFINITY;
@@ -120,7 +146,7 @@ static struct vec2 roomiest(const struct layout_result *result, uint32_t piece, 
 			continue;
 		struct place place = {.face = f, .barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3}};
 		struct vec2 middle = place_on_pattern(garment, &place);
-		double room = room_for_name(result, piece, middle, half_name);
+		double room = room_for_name(around, piece, middle, half_name);
 		if (room > *most) {
 			*most = room;
 			at = middle;
@@ -138,7 +164,8 @@ static double name_size(const struct sheet *sheet, uint32_t piece)
 }
 
 /* In a crowded piece a name becomes smaller, until it keeps off the strips. */
-static struct piece_name place_name(const struct sheet *sheet, uint32_t piece, uint32_t faces)
+static struct piece_name place_name(const struct sheet *sheet, const struct surroundings *around, uint32_t piece,
+				    uint32_t faces)
 {
 	static const double shares[] = {1, 0.75, 0.55};
 	const char *name = sheet->result->input->garment->piece_name[piece];
@@ -146,7 +173,7 @@ static struct piece_name place_name(const struct sheet *sheet, uint32_t piece, u
 	struct piece_name best = {{0, 0}, 0};
 	for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
 		double size = shares[i] * name_size(sheet, piece), room;
-		struct vec2 at = roomiest(sheet->result, piece, faces, label_width(name, size) / 2, &room);
+		struct vec2 at = roomiest(around, piece, faces, label_width(name, size) / 2, &room);
 		if (room <= most)
 			continue;
 		most = room;
@@ -158,7 +185,8 @@ static struct piece_name place_name(const struct sheet *sheet, uint32_t piece, u
 	return best;
 }
 
-static enum tw_status find_pieces(struct sheet_names *names, const struct sheet *sheet)
+static enum tw_status find_pieces(struct sheet_names *names, const struct sheet *sheet,
+				  const struct surroundings *around)
 {
 	const struct garment *garment = sheet->result->input->garment;
 	uint32_t *faces = ARENA_ZEROED(sheet->arena, garment->piece_count, uint32_t);
@@ -168,7 +196,7 @@ static enum tw_status find_pieces(struct sheet_names *names, const struct sheet 
 	for (uint32_t f = 0; f < garment->face_count; f++)
 		faces[garment->face_piece[f]]++;
 	for (uint32_t p = 0; p < garment->piece_count; p++)
-		names->piece[p] = place_name(sheet, p, faces[p]);
+		names->piece[p] = place_name(sheet, around, p, faces[p]);
 	return TW_OK;
 }
 
@@ -273,9 +301,12 @@ static enum tw_status find_terminals(struct sheet_names *names, const struct she
 enum tw_status sheet_names_find(struct sheet_names *names, const struct sheet *sheet)
 {
 	*names = (struct sheet_names){0};
-	enum tw_status status = find_seams(names, sheet);
+	struct surroundings around;
+	enum tw_status status = find_surroundings(&around, sheet);
 	if (!status)
-		status = find_pieces(names, sheet);
+		status = find_seams(names, sheet, &around);
+	if (!status)
+		status = find_pieces(names, sheet, &around);
 	return status ? status : find_terminals(names, sheet);
 }
 

@@ -1,6 +1,7 @@
 /* A drawing read back from its SVG by a reader of path data that knows nothing of the writer. */
 #include "solver/drawing/svg.h"
 
+#include <limits.h>
 #include <locale.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,6 +10,8 @@
 #include <string.h>
 
 #include <cmocka.h>
+
+#include "tests/oracle/meshes.h"
 
 static const struct drawing_style line_style = {.name = "line", .stroke = "#000000", .stroke_mm = 0.5};
 static const struct drawing_style text_style = {.name = "text", .fill = "#ff0000"};
@@ -109,6 +112,38 @@ static void a_failure_sticks(void **state)
 	arena_free(arena);
 }
 
+/* The C library's digits, without the zeros behind. */
+static void numbers_are_rounded_as_printf_does(void **state)
+{
+	(void)state;
+	static const double special[] = {0,      -0.0,  0.5,      1.5,      -0.004, 0.0005, 999.9995, 1e9,
+					 -1e-12, 1e300, 123456.5, 0.000001, 1e15,   1e16,   2.675};
+	uint64_t random = 3;
+	for (int i = 0; i < 20000; i++) {
+		char expected[400];
+		int decimals = i % 10;
+		double scale = pow(10, i % 13 - 4), value = (mesh_random(&random) - 0.5) * scale;
+		if (i < 10 * (int)(sizeof special / sizeof *special))
+			value = special[i / 10];
+		struct text text = {0};
+		text_number(&text, value, decimals);
+		snprintf(expected, sizeof expected, "%.*f", decimals, value);
+		size_t length = strlen(expected);
+		while (decimals && expected[length - 1] == '0')
+			length--;
+		length -= decimals && expected[length - 1] == '.';
+		expected[length] = 0;
+		assert_string_equal(text.bytes, strcmp(expected, "-0") != 0 ? expected : "0");
+		text_clear(&text);
+	}
+	struct text text = {0};
+	text_integer(&text, 0);
+	text_integer(&text, -70);
+	text_integer(&text, LONG_MIN);
+	assert_string_equal(text.bytes, "0-70-9223372036854775808");
+	text_clear(&text);
+}
+
 static void numbers_have_a_point_in_every_locale(void **state)
 {
 	(void)state;
@@ -136,6 +171,7 @@ int main(void)
 		cmocka_unit_test(arcs_come_back_where_they_were),
 		cmocka_unit_test(layers_styles_and_texts_are_all_there),
 		cmocka_unit_test(a_failure_sticks),
+		cmocka_unit_test(numbers_are_rounded_as_printf_does),
 		cmocka_unit_test(numbers_have_a_point_in_every_locale),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
