@@ -102,13 +102,14 @@ const struct resource_kind_row *resource_kind_row(enum resource_kind kind)
 
 const struct job_kind_row *job_kind_row(enum job_kind kind)
 {
-	assert(kind < JOB_KINDS && job_kinds[kind].kind == kind);
-	return &job_kinds[kind];
+	static const struct job_kind_row unknown = {JOB_KINDS, "unknown", RESOURCE_NONE, 0};
+	assert(kind >= JOB_KINDS || job_kinds[kind].kind == kind);
+	return kind < JOB_KINDS ? &job_kinds[kind] : &unknown;
 }
 
 const char *resource_kind_name(enum resource_kind kind)
 {
-	return resource_kind_row(kind)->name;
+	return kind == RESOURCE_NONE ? "unknown" : resource_kind_row(kind)->name;
 }
 
 const char *job_kind_name(enum job_kind kind)

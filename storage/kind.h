@@ -64,9 +64,11 @@ struct job_kind_row {
 };
 
 const struct resource_kind_row *resource_kind_row(enum resource_kind kind);
+
+/* Of a kind that only a newer release knows, which works on the same store: one named "unknown", that makes nothing. */
 const struct job_kind_row *job_kind_row(enum job_kind kind);
 
-const char *resource_kind_name(enum resource_kind kind); /* "mesh" */
+const char *resource_kind_name(enum resource_kind kind); /* "mesh"; "unknown" of RESOURCE_NONE */
 const char *job_kind_name(enum job_kind kind);           /* "import_mesh" */
 bool resource_kind_by_name(const char *name, enum resource_kind *kind);
 bool job_kind_by_name(const char *name, enum job_kind *kind);

@@ -555,6 +555,31 @@ static void a_job_without_a_resource_runs_like_any_other(void **state)
 	job_page_clear(&page);
 }
 
+/* A newer release works on the same store, and has a kind of job more. */
+static void a_job_of_an_unknown_kind_is_shown_and_left_alone(void **state)
+{
+	struct fixture *f = *state;
+	struct job_page page;
+	struct job job;
+	assert_int_equal(
+		sqlite3_exec(f->oracle,
+			     "INSERT INTO job(id, kind, attempts_max, created_ms) VALUES ('job_new', 77, 3, 5)", NULL,
+			     NULL, NULL),
+		SQLITE_OK);
+	assert_true(fixture_nothing_to_claim(f));
+	ok(f, job_list(f->store, &(struct job_query){.limit = 10}, &page, &f->error));
+	assert_int_equal(page.count, 1);
+	assert_string_equal(job_kind_name(page.jobs[0].kind), "unknown");
+	assert_int_equal(job_kind_row(page.jobs[0].kind)->resource, RESOURCE_NONE);
+	job_page_clear(&page);
+	ok(f, job_get(f->store, "job_new", &job, &f->error));
+	assert_int_equal(job.state, JOB_QUEUED);
+	job_clear(&job);
+	enum job_state after;
+	ok(f, job_cancel(f->store, "job_new", &after, &f->error));
+	assert_int_equal(after, JOB_CANCELLED);
+}
+
 static double cpu_seconds(void)
 {
 	return (double)clock() / CLOCKS_PER_SEC;
@@ -618,6 +643,7 @@ int main(void)
 		TEST(an_incomplete_result_is_kept),
 		TEST(what_needs_an_incomplete_result_fails),
 		TEST(a_job_without_a_resource_runs_like_any_other),
+		TEST(a_job_of_an_unknown_kind_is_shown_and_left_alone),
 		TEST(a_long_queue_costs_no_more),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
