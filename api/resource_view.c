@@ -143,7 +143,8 @@ enum tw_status resource_show(struct api_call *call, const struct resource *resou
 	json_object_set_new(made, "created_at", json_time(resource->created_ms));
 	enum tw_status status = add_origin(call, made, resource, error);
 	if (resource->options)
-		json_object_set_new(made, resource_kind_row(resource->kind)->asked, json_embed(resource->options));
+		json_object_set_new(made, resource_kind_row(resource->kind)->options_member,
+				    json_embed(resource->options));
 	json_object_set_new(made, "version", json_integer(resource->version));
 	if (status == TW_OK)
 		status = add_outdated(call, made, resource, error);

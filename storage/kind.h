@@ -50,7 +50,7 @@ struct resource_kind_row {
 	bool name_counts; /* its name is part of what was asked: a motion's stands in layouts */
 	/* The path of its link; in braces "id", and where a kind lives within another the name of that. */
 	const char *href;
-	const char *asked; /* what its options are called where it is shown */
+	const char *options_member; /* what its options are called where it is shown */
 	struct kind_need needs[KIND_NEEDS_MAX];
 	unsigned need_count;
 	unsigned contains; /* 1u << enum blob_role…: what it shows of its blobs */
