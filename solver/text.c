@@ -124,7 +124,7 @@ void text_number(struct text *text, double value, int decimals)
 	}
 	digits[length] = 0;
 	if (strchr(digits, '.')) {
-		while (digits[length - 1] == '0')
+		while (length > 1 && digits[length - 1] == '0')
 			length--;
 		length -= digits[length - 1] == '.';
 	}

@@ -71,7 +71,8 @@ static struct vec2 place_number(const struct surroundings *around, const struct 
 	struct vec2 first = vec2_along(middle->at, middle->inward, SEAM_LABEL_MM), best = first;
 	double best_room = -INFINITY;
 	for (int step = 0; step <= STEPS; step++) {
-		double along = (step + 1) / 2 * STEP_MM * (step % 2 ? 1 : -1);
+		int places = (step + 1) / 2 * (step % 2 ? 1 : -1);
+		double along = (double)places * STEP_MM;
 		struct vec2 at = vec2_along(first, vec2_left(middle->inward), along);
 		if (room_in_piece(around->result, middle->piece, at) < least)
 			continue;
@@ -112,20 +113,21 @@ static enum tw_status find_seams(struct sheet_names *names, const struct sheet *
 
 static double room_at(const struct surroundings *around, uint32_t piece, struct vec2 point)
 {
-	double room = room_in_piece(around->result, piece, point);
-	return room < 0 ? room : fmin(room, room_beside_wires(around, piece, point));
+	return fmin(room_beside_wires(around, piece, point), room_in_piece(around->result, piece, point));
 }
 
-/* The least room along a name, and along the grain line below it, which may pass wires a little nearer. */
-static double room_for_name(const struct surroundings *around, uint32_t piece, struct vec2 middle, double half_name)
+/* The least room along a name, and along the grain line below it, which may pass wires a little nearer. No more than
+ * `least` matters where it is less than that. */
+static double room_for_name(const struct surroundings *around, uint32_t piece, struct vec2 middle, double half_name,
+			    double least)
 {
 	enum { GRAIN_SLACK_MM = 10, NAME_POINTS = 2, GRAIN_POINTS = 4 };
 	double room = INFINITY;
-	for (int side = -NAME_POINTS; side <= NAME_POINTS; side++) {
+	for (int side = -NAME_POINTS; side <= NAME_POINTS && room > least; side++) {
 		struct vec2 at = {middle.x + side * half_name / NAME_POINTS, middle.y};
 		room = fmin(room, room_at(around, piece, at));
 	}
-	for (int step = 1; step <= GRAIN_POINTS; step++) {
+	for (int step = 1; step <= GRAIN_POINTS && room > least; step++) {
 		struct vec2 below = {middle.x, middle.y - step * (double)(GRAIN_MM + GRAIN_GAP_MM) / GRAIN_POINTS};
 		room = fmin(room, room_at(around, piece, below) + GRAIN_SLACK_MM);
 	}
@@ -146,7 +148,7 @@ static struct vec2 roomiest(const struct surroundings *around, uint32_t piece, u
 			continue;
 		struct place place = {.face = f, .barycentric = {1.0 / 3, 1.0 / 3, 1.0 / 3}};
 		struct vec2 middle = place_on_pattern(garment, &place);
-		double room = room_for_name(around, piece, middle, half_name);
+		double room = room_for_name(around, piece, middle, half_name, *most);
 		if (room > *most) {
 			*most = room;
 			at = middle;
