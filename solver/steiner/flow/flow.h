@@ -41,10 +41,6 @@ uint32_t flow_edges(const struct flow *flow);
 size_t flow_members(const struct flow *flow);
 uint64_t flow_work(const struct flow *flow);
 
-/* The sum of -p(t) after the last iteration, coarse: the bound that the flow is on its way to, if its potentials asked
- * for no more than there is. */
-double flow_value(const struct flow *flow);
-
 /* The share of each edge's cost that the flow has a price on, 0 to 1: near 1 where trees of the optimum run. cost
  * [edge_count of search->instance] becomes the weights less most of that share: for a heuristic. */
 void flow_prices(const struct flow *flow, const struct search *search, fine_t *cost);

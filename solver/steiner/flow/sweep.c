@@ -8,6 +8,8 @@
  */
 #include "solver/steiner/flow/sweep.h"
 
+#include "solver/parallel.h"
+
 #include <assert.h>
 #include <string.h>
 
@@ -65,42 +67,95 @@ static inline void relax(lanes *z, const lanes *u, const lanes *v, uint32_t vect
 	}
 }
 
-/* w - u of one edge goes to its ends; u becomes shrink * u. */
-static inline void scatter(lanes *z, lanes *u, lanes *v, uint32_t vectors, struct flow_price price, float shrink)
+/* u becomes shrink * u, and with it z = w + u. */
+static inline struct flow_price settle(lanes *z, uint32_t vectors, struct flow_price price, float shrink)
 {
 	const lanes most = lanes_of(price.forward), least = lanes_of(-price.backward), factor = lanes_of(shrink);
 	for (uint32_t i = 0; i < vectors; i++) {
-		const lanes part = lanes_clamp(z[i], least, most), w = z[i] - part, small = factor * part;
-		z[i] = w + small;
-		u[i] += w - small;
-		v[i] -= w - small;
+		const lanes part = lanes_clamp(z[i], least, most);
+		z[i] = (z[i] - part) + factor * part;
+	}
+	return (struct flow_price){price.forward * shrink, price.backward * shrink};
+}
+
+/* w - u of one edge goes to its ends. */
+static inline void scatter(const lanes *z, lanes *u, lanes *v, uint32_t vectors, struct flow_price price)
+{
+	const lanes most = lanes_of(price.forward), least = lanes_of(-price.backward);
+	for (uint32_t i = 0; i < vectors; i++) {
+		const lanes part = lanes_clamp(z[i], least, most), difference = (z[i] - part) - part;
+		u[i] += difference;
+		v[i] -= difference;
 	}
 }
 
-void flow_sweep(struct flow *flow, float shrink)
+static inline void advance_edge(struct flow *flow, uint32_t e, float shrink)
 {
-	const uint32_t vectors = flow->stride / LANES;
+	const size_t vectors = flow->stride / LANES;
+	const lanes *const potential = (const lanes *)flow->potential;
+	lanes *const z = (lanes *)flow->z + e * vectors;
+	relax(z, potential + flow->ends[2 * e] * vectors, potential + flow->ends[2 * e + 1] * vectors,
+	      (uint32_t)vectors, flow->inverse[e], flow->price[e]);
+	const struct flow_price price = project(z, (uint32_t)vectors, flow->price[e]);
+	flow->price[e] = shrink < 1 ? settle(z, (uint32_t)vectors, price, shrink) : price;
+}
+
+/* For the vectors first…end-1 of the edge's row. */
+static inline void scatter_edge(struct flow *flow, uint32_t e, uint32_t first, uint32_t end)
+{
+	const size_t vectors = flow->stride / LANES;
+	lanes *const next = (lanes *)flow->next + first;
+	scatter((const lanes *)flow->z + e * vectors + first, next + flow->ends[2 * e] * vectors,
+		next + flow->ends[2 * e + 1] * vectors, end - first, flow->price[e]);
+}
+
+/* One thread goes over the edges once, while a row is in its cache. Several first share the edges, then the columns, in
+ * which the sums of one vertex must stay in the order of its edges. */
+struct sweep {
+	struct flow *flow;
+	float shrink;
+};
+
+static void advance_part(void *context, unsigned thread, uint32_t first, uint32_t end)
+{
+	const struct sweep *sweep = context;
+	(void)thread;
+	for (uint32_t e = first; e < end; e++)
+		advance_edge(sweep->flow, e, sweep->shrink);
+}
+
+static void scatter_part(void *context, unsigned thread, uint32_t first, uint32_t end)
+{
+	struct flow *const flow = ((const struct sweep *)context)->flow;
+	const size_t columns = (size_t)(end - first) * LANES_BLOCK;
+	const uint32_t vectors = LANES_BLOCK / LANES;
+	(void)thread;
+	for (uint32_t v = 0; v < flow->vertex_count; v++)
+		memset(flow->next + (size_t)v * flow->stride + (size_t)first * LANES_BLOCK, 0,
+		       columns * sizeof *flow->next);
+	for (uint32_t e = 0; e < flow->edge_count; e++)
+		scatter_edge(flow, e, first * vectors, end * vectors);
+}
+
+void flow_sweep(struct flow *flow, float shrink, unsigned threads)
+{
+	const uint32_t blocks = flow->stride / LANES_BLOCK;
+	struct sweep sweep = {flow, shrink};
 	assert(flow->stride % LANES_BLOCK == 0);
+	if (threads > 1) {
+		parallel_for(threads, flow->edge_count, flow->edge_count / (4 * threads) + 1, advance_part, &sweep);
+		parallel_for(threads, blocks, (blocks + threads - 1) / threads, scatter_part, &sweep);
+		return;
+	}
 	memset(flow->next, 0, (size_t)flow->vertex_count * flow->stride * sizeof *flow->next);
 	for (uint32_t e = 0; e < flow->edge_count; e++) {
-		const size_t u = flow->ends[2 * e] * (size_t)vectors, v = flow->ends[2 * e + 1] * (size_t)vectors;
-		lanes *const z = (lanes *)flow->z + e * (size_t)vectors;
-		const lanes *const potential = (const lanes *)flow->potential;
-		lanes *const next = (lanes *)flow->next;
-		relax(z, potential + u, potential + v, vectors, flow->inverse[e], flow->price[e]);
-		const struct flow_price price = project(z, vectors, flow->price[e]);
-		scatter(z, next + u, next + v, vectors, price, shrink);
-		flow->price[e] = (struct flow_price){price.forward * shrink, price.backward * shrink};
+		advance_edge(flow, e, shrink);
+		scatter_edge(flow, e, 0, flow->stride / LANES);
 	}
 }
 
 void flow_restore(struct flow *flow)
 {
-	const uint32_t vectors = flow->stride / LANES;
-	memset(flow->next, 0, (size_t)flow->vertex_count * flow->stride * sizeof *flow->next);
-	for (uint32_t e = 0; e < flow->edge_count; e++) {
-		const size_t u = flow->ends[2 * e] * (size_t)vectors, v = flow->ends[2 * e + 1] * (size_t)vectors;
-		lanes *const next = (lanes *)flow->next;
-		scatter((lanes *)flow->z + e * (size_t)vectors, next + u, next + v, vectors, flow->price[e], 1);
-	}
+	struct sweep sweep = {flow, 1};
+	scatter_part(&sweep, 0, 0, flow->stride / LANES_BLOCK);
 }

@@ -5,8 +5,9 @@
 #include "solver/steiner/flow/state.h"
 
 /* From flow->potential: new z and prices, and the right-hand side of the next iteration in flow->next. `shrink`: what u
- * is multiplied by afterwards, because omega grows: 1 for not at all. */
-void flow_sweep(struct flow *flow, float shrink);
+ * is multiplied by afterwards, because omega grows: 1 for not at all. The
+ * number of threads never changes a bit. */
+void flow_sweep(struct flow *flow, float shrink, unsigned threads);
 
 /* The right-hand side alone, from z and prices as they are. */
 void flow_restore(struct flow *flow);

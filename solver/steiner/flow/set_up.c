@@ -1,4 +1,4 @@
-/* Purpose: set a flow up, carry it over to a smaller instance, iterate. */
+/* Purpose: set a flow up, and carry it over to a smaller instance. */
 #include "solver/steiner/flow/state.h"
 #include "solver/steiner/flow/sweep.h"
 
@@ -13,15 +13,10 @@ static const double least_share = 1e-4;
  * nearly planar has hundreds and takes longer than it gains. */
 enum { ENTRIES_FOR_A_VERTEX = 120 };
 
-/* omega grows by a fifth every ten iterations: small ones find the way, large ones hold the prices together. From 0.05
- * to 0.2 any start did as well at 23,500 vertices; larger meshes want less, as ways have more edges. */
-enum { OMEGA_PERIOD = 10, LARGE_VERTICES = 60000, HUGE_VERTICES = 400000, MANY_TERMINALS = 60 };
-static const float omega_first = 0.1f, omega_large = 0.05f, omega_huge = 0.02f, omega_growth = 1.2f;
-static const float omega_last = 0.5f, omega_last_of_many = 0.7f;
-
-/* Units of work: 100 floats of factor and edges take as long as an arc that is looked at, some 10 ns (8 ms for an
- * iteration at 23,500 vertices and 36 terminals). */
-enum { FLOATS_FOR_A_UNIT = 100 };
+/* The first omega. From 0.05 to 0.2 any did as well at 23,500 vertices; larger meshes want less, as ways have more
+ * edges. */
+enum { LARGE_VERTICES = 60000, HUGE_VERTICES = 400000 };
+static const float omega_first = 0.1f, omega_large = 0.05f, omega_huge = 0.02f;
 
 /* 1.2 GB: 723,000 vertices with 36 terminals take half of it. */
 enum { FLOATS_MOST = 300000000 };
@@ -189,43 +184,4 @@ uint32_t flow_edges(const struct flow *flow)
 size_t flow_members(const struct flow *flow)
 {
 	return (size_t)flow->vertex_count * flow->commodity_count / 2;
-}
-
-uint64_t flow_work(const struct flow *flow)
-{
-	return flow->stride * (2 * ldl_entries(&flow->ldl) + 16 * (uint64_t)flow->edge_count) / FLOATS_FOR_A_UNIT + 1;
-}
-
-double flow_value(const struct flow *flow)
-{
-	double sum = 0;
-	for (uint32_t i = 0; i < flow->commodity_count; i++)
-		sum -= (double)flow->potential[(size_t)flow->sink[i] * flow->stride + i];
-	return sum;
-}
-
-static void solve(struct flow *flow)
-{
-	for (uint32_t i = 0; i < flow->commodity_count; i++)
-		flow->next[(size_t)flow->sink[i] * flow->stride + i] -= 1 / flow->omega;
-	memset(flow->next + (size_t)flow->ground * flow->stride, 0, flow->stride * sizeof *flow->next);
-	float *const x = flow->next;
-	flow->next = flow->potential;
-	flow->potential = x;
-	ldl_solve(&flow->ldl, x, flow->stride, 0, flow->stride);
-}
-
-enum tw_status flow_iterate(struct flow *flow, struct search *search, uint32_t iterations)
-{
-	const float last = flow->commodity_count < MANY_TERMINALS ? omega_last : omega_last_of_many;
-	for (uint32_t i = 0; i < iterations; i++) {
-		solve(flow);
-		flow->iteration++;
-		const bool grows = flow->iteration % OMEGA_PERIOD == 0 && flow->omega < last;
-		flow_sweep(flow, grows ? 1 / omega_growth : 1);
-		flow->omega *= grows ? omega_growth : 1;
-		if (!search_spend(search, flow_work(flow)))
-			return TW_ERROR_CANCELLED;
-	}
-	return TW_OK;
 }
