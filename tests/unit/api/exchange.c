@@ -3,7 +3,9 @@
 
 #include "api/key.h"
 #include "api/route.h"
+#include "storage/job_state.h"
 #include "storage/resources.h"
+#include "storage/sql.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -402,6 +404,29 @@ static void a_header_of_a_response_cannot_be_split(void **state)
 	response_clear(&response);
 }
 
+static void a_job_without_a_resource_is_shown_like_any_other(void **state)
+{
+	struct fixture *f = *state;
+	struct tw_error error = {0};
+	struct store *store = NULL;
+	char target[128];
+	assert_int_equal(store_open(&store, f->url, &error), TW_OK);
+	assert_int_equal(transaction_begin(store, true, &error), TW_OK);
+	enum tw_status status = job_state_add(store, 0, JOB_COMPUTE_LAYOUT, 0, 3, &error);
+	assert_int_equal(transaction_end(store, status, &error), TW_OK);
+	store_close(store);
+	assert_int_equal(ask(f, "GET", "/v1/jobs?state=queued", NULL), 200);
+	const json_t *job = json_array_get(json_object_get(f->json, "items"), 0);
+	assert_string_equal(json_string_value(json_object_get(job, "kind")), "compute_layout");
+	assert_true(json_is_null(json_object_get(job, "resource")));
+	snprintf(target, sizeof target, "/v1/jobs/%s/cancel", json_string_value(json_object_get(job, "id")));
+	assert_int_equal(ask(f, "POST", target, NULL), 200);
+	assert_string_equal(text(f, "state"), "cancelled");
+	assert_int_equal(ask(f, "POST", "/v1/jobs/redrive?state=cancelled", NULL), 200);
+	assert_int_equal(json_integer_value(json_object_get(f->json, "redriven")), 1);
+	assert_int_equal(f->jobs_added, 1);
+}
+
 #define CLAIM(claim) cmocka_unit_test_setup_teardown(claim, set_up, tear_down)
 
 int main(void)
@@ -421,6 +446,7 @@ int main(void)
 		CLAIM(a_body_needs_a_media_type_that_no_page_may_send),
 		CLAIM(a_body_that_is_coded_is_refused),
 		CLAIM(a_service_that_drains_is_alive_and_not_ready),
+		CLAIM(a_job_without_a_resource_is_shown_like_any_other),
 		cmocka_unit_test(a_header_of_a_response_cannot_be_split),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
