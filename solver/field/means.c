@@ -115,7 +115,7 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], struct means_
 	struct stream stream = {.garment = garment, .reader = reader};
 	struct strain_rest rest;
 	struct strain_mean *mean;
-	struct guard guard;
+	struct guard guard = {.status = TW_OK};
 	if (garment->source_vertex) {
 		stream.frame = ARENA_ARRAY(arena, 3 * (size_t)garment_source_count(garment), float);
 		if (!stream.frame)

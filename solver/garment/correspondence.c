@@ -190,7 +190,7 @@ bool garment_edge_to_file(const struct garment *garment, const uint32_t ends[2],
 
 const char *garment_vertex_name(const struct garment *garment, uint32_t vertex, char name[VERTEX_NAME_BYTES])
 {
-	uint32_t of[3], file = garment_file_vertex(garment, vertex);
+	uint32_t of[3] = {0}, file = garment_file_vertex(garment, vertex);
 	double share[3];
 	if (file != GARMENT_NONE) {
 		snprintf(name, VERTEX_NAME_BYTES, "%u", file);

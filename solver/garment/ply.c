@@ -329,11 +329,11 @@ static enum tw_status read_other_list(struct ply *ply, const struct property *pr
 	double count = 0, number = 0;
 	if (!next_number(ply, property->count_type, &count))
 		return fail_at(ply, "mesh-truncated", "face", face, "is missing: the file ends before it");
-	if (!(count >= 0) || count != floor(count))
+	if (!(count >= 0 && count <= UINT32_MAX) || count != floor(count))
 		return fail_at(ply, "mesh-bad-face", "face", face, "has a list whose length is no whole number");
 	if (property->use == USE_WEDGE)
 		ply->wedge_count = 0;
-	for (double i = 0; i < count; i++) {
+	for (uint64_t i = 0; i < (uint64_t)count; i++) {
 		if (!next_number(ply, property->type, &number))
 			return fail_at(ply, "mesh-truncated", "face", face, "is cut off: the file ends within it");
 		if (property->use != USE_WEDGE)

@@ -42,7 +42,7 @@ static int unit_for(double length, double least, double largest)
 /* What is long in every unit is so by a vertex far from the others. */
 static enum tw_status refuse_vertex(const struct draft *draft, const struct soup *worn, double length, double mm)
 {
-	double middle[3] = {0}, farthest = -1;
+	double middle[3] = {0}, farthest = 0;
 	uint32_t vertex = 0;
 	char where[32];
 	for (size_t i = 0; i < 3 * (size_t)worn->vertex_count; i++)
