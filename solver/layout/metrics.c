@@ -17,18 +17,13 @@ struct measurer {
 
 enum { CUTS_MAX = 4096 };
 
-static void add_place(struct measurer *measurer, const struct place *place)
+static void trace_point(struct measurer *measurer, uint32_t piece, struct vec2 point, bool lands)
 {
-	if (measurer->writing)
-		measurer->trace->place[measurer->places] = *place;
+	if (measurer->writing) {
+		locator_find(measurer->input->locator, piece, point, &measurer->trace->place[measurer->places]);
+		measurer->trace->lands[measurer->places] = lands;
+	}
 	measurer->places++;
-}
-
-static void trace_point(struct measurer *measurer, uint32_t piece, struct vec2 point)
-{
-	struct place place;
-	locator_find(measurer->input->locator, piece, point, &place);
-	add_place(measurer, &place);
 }
 
 static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a, struct vec2 b)
@@ -43,7 +38,7 @@ static void trace_chord(struct measurer *measurer, uint32_t piece, struct vec2 a
 		return;
 	}
 	for (uint32_t i = 0; i <= cuts; i++)
-		trace_point(measurer, piece, i < cuts ? vec2_mix(a, b, t[i]) : b);
+		trace_point(measurer, piece, i < cuts ? vec2_mix(a, b, t[i]) : b, false);
 }
 
 static void trace_span(struct measurer *measurer, const struct span *span)
@@ -68,21 +63,21 @@ static void trace_all(struct measurer *measurer)
 			const struct span *span = &wire->span[s];
 			/* Where a wire changes its piece it stands at the same place of the mesh twice. */
 			if (s == 0 || !wire_goes_on(span))
-				trace_point(measurer, span->piece, span->from);
+				trace_point(measurer, span->piece, span->from, s > 0);
 			trace_span(measurer, span);
 		}
 	}
 	measurer->trace->first[branches->branch_count] = measurer->places;
 }
 
-/* The length of the trace on the pattern; steps from one piece to another have none. */
+/* The length of the trace on the pattern; steps across a seam have none. */
 static void measure_rest(const struct metrics_input *input, struct trace *trace)
 {
 	for (uint32_t b = 0; b < input->branches->branch_count; b++) {
 		double length = 0;
 		for (uint32_t i = trace->first[b] + 1; i < trace->first[b + 1]; i++) {
 			const struct place *p = &trace->place[i - 1], *q = &trace->place[i];
-			if (input->garment->face_piece[p->face] == input->garment->face_piece[q->face])
+			if (!trace->lands[i])
 				length += vec2_distance(place_on_pattern(input->garment, p),
 							place_on_pattern(input->garment, q));
 		}
@@ -169,7 +164,8 @@ enum tw_status metrics_measure(struct layout_metrics *metrics, struct trace *tra
 	struct measurer measurer = {.input = input, .trace = trace};
 	trace_all(&measurer);
 	trace->place = ARENA_ARRAY(arena, measurer.places, struct place);
-	if (!trace->place)
+	trace->lands = ARENA_ARRAY(arena, measurer.places, bool);
+	if (!trace->place || !trace->lands)
 		return tw_fail_memory(error);
 	measurer.writing = true;
 	trace_all(&measurer);

@@ -7,6 +7,8 @@
 #include "solver/layout/input.h"
 #include "solver/layout/wires.h"
 
+#include <stdbool.h>
+
 /* Over the frames of one motion; over all motions the largest, and the mean of the motions' means. 0.12 is 12 %. NAN
  * where a motion has no frames. */
 struct elongation {
@@ -42,6 +44,7 @@ struct layout_metrics {
  */
 struct trace {
 	struct place *place;
+	bool *lands;     /* of each place: it is the one before it, seen from behind the seam that is crossed there */
 	uint32_t *first; /* [branch_count + 1] */
 	double *rest_mm; /* [branch_count] length of the polyline of places on the pattern */
 };

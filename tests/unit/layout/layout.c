@@ -551,6 +551,28 @@ static void drawings_are_well_formed_and_of_true_scale(void **state)
 	tear_down(&bench);
 }
 
+/* A sleeve of one piece: the wire goes around it, over the piece's seam with itself. */
+static void elongation_of_a_piece_that_is_sewn_to_itself(void **state)
+{
+	(void)state;
+	double mean[2];
+	for (uint32_t turned = 0; turned < 2; turned++) {
+		struct bench bench = {.arena = arena_new(0)};
+		assert_non_null(bench.arena);
+		mesh_tube(&bench.garment, bench.arena, 40, 20, 10);
+		weigh(&bench);
+		set_motion(&bench, (const double[9]){1.5, 0, 0, 0, 1.5, 0, 0, 0, 1.5});
+		compute(&bench, turned ? two_vertices(415, 425) : two_vertices(435, 405));
+		assert_int_equal((int)member(metrics_of(&bench), "seam_crossings"), !turned);
+		const json_t *elongation = json_object_get(metrics_of(&bench), "elongation");
+		/* The tube of chords is a little shorter than its pattern. */
+		assert_near(member(elongation, "max"), 0.5, 0.01);
+		mean[turned] = member(elongation, "mean");
+		tear_down(&bench);
+	}
+	assert_near(mean[0], mean[1], 1e-3);
+}
+
 /* Whether some corner of the layer's paths of a class lies within a millimetre of a place on the page. */
 static bool path_comes_by(const char *layer, const char *end, const char *class, double x, double y)
 {
@@ -731,6 +753,7 @@ int main(void)
 		cmocka_unit_test(terminals_that_cannot_be_placed_are_named),
 		cmocka_unit_test(terminals_on_two_garments_are_apart),
 		cmocka_unit_test(drawings_are_well_formed_and_of_true_scale),
+		cmocka_unit_test(elongation_of_a_piece_that_is_sewn_to_itself),
 		cmocka_unit_test(every_terminal_that_is_seen_has_its_wire_there),
 		cmocka_unit_test(a_cancelled_layout_says_so),
 		cmocka_unit_test(progress_never_falls_and_ends_with_the_proven_tree),
