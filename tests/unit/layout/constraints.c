@@ -68,6 +68,25 @@ static void a_keep_out_that_leaves_no_way_is_an_error(void **state)
 	tear_down(&bench);
 }
 
+static void a_terminal_that_a_keep_out_shuts_in_is_told_so(void **state)
+{
+	(void)state;
+	struct bench bench;
+	struct tw_error error = {0};
+	set_up(&bench, 0, 0);
+	/* 3 mm beside vertex (35, 10): less than half a strip. */
+	assert_int_equal(try_compute(&bench,
+				     "{\"terminals\":[{\"vertex\":415},{\"vertex\":445}],\"constraints\":{\"keep_out\":"
+				     "[{\"piece\":\"front\",\"polygon_mm\":[[353,80],[390,80],[390,120],[353,120]]},"
+				     "{\"piece\":\"front\",\"polygon_mm\":[[320,80],[347,80],[347,120],[320,120]]}]}}",
+				     1, &error),
+			 TW_ERROR_INPUT);
+	assert_string_equal(error.type, "terminals-apart");
+	assert_string_equal(error.where, "/terminals/1");
+	assert_non_null(strstr(error.text, "half a strip"));
+	tear_down(&bench);
+}
+
 static uint32_t above, below;
 
 static void count_side(const char *piece, double u, double v)
@@ -313,6 +332,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(wires_go_around_a_keep_out),
 		cmocka_unit_test(a_keep_out_that_leaves_no_way_is_an_error),
+		cmocka_unit_test(a_terminal_that_a_keep_out_shuts_in_is_told_so),
 		cmocka_unit_test(wires_leave_out_dear_fabric),
 		cmocka_unit_test(free_edges_draw_the_wire),
 		cmocka_unit_test(a_price_keeps_wires_from_crossing_seams),
