@@ -13,18 +13,18 @@ enum setting_kind { SETTING_TEXT, SETTING_INTEGER, SETTING_CHOICE };
 struct setting {
 	const char *name;
 	enum setting_kind kind;
+	bool is_live; /* SIGHUP can change it */
 	size_t offset;
 	const char *fallback;
 	int64_t minimum, maximum; /* of an integer */
 	const char *choices;      /* of a choice: "a|b" */
 	const char *help;
-	bool is_live; /* SIGHUP can change it */
 };
 
 #define FIXED(field, kind, fallback, minimum, maximum, choices, help)                                                  \
-	kind, offsetof(struct config, field), fallback, minimum, maximum, choices, help, false
+	kind, false, offsetof(struct config, field), fallback, minimum, maximum, choices, help
 #define LIVE(field, kind, fallback, minimum, maximum, choices, help)                                                   \
-	kind, offsetof(struct config, field), fallback, minimum, maximum, choices, help, true
+	kind, true, offsetof(struct config, field), fallback, minimum, maximum, choices, help
 #define TEXT(when, field, fallback, help) when(field, SETTING_TEXT, fallback, 0, 0, NULL, help)
 #define INTEGER(when, field, fallback, minimum, maximum, help)                                                         \
 	when(field, SETTING_INTEGER, fallback, minimum, maximum, NULL, help)

@@ -169,10 +169,8 @@ static bool is_single(const char *name)
 
 static size_t append(char *text, size_t used, const char *glue, const char *value)
 {
-	size_t glue_length = strlen(glue), length = strlen(value);
-	memcpy(text + used, glue, glue_length);
-	memcpy(text + used + glue_length, value, length + 1);
-	return used + glue_length + length;
+	char *end = stpcpy(stpcpy(text + used, glue), value);
+	return (size_t)(end - text);
 }
 
 /* Joins the field with those of its name that follow; these lose their names. *used grows by what is written. */

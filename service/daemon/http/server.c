@@ -521,14 +521,14 @@ enum tw_status http_start(struct http_server **server, const struct http_setting
 	made->loop_count = 1 + made->readers + WRITERS;
 	http_set_limits(made, settings->limits);
 	made->addresses = address_table_new();
-	made->loops = calloc(made->loop_count, sizeof *made->loops);
+	made->loops = calloc(made->loop_count, sizeof(struct loop *));
+	*server = made; /* before its threads may ask for it */
 	enum tw_status status = made->addresses && made->loops ? start_loops(made, error) : tw_fail_memory(error);
 	if (status != TW_OK) {
 		http_stop(made);
-		return status;
+		*server = NULL;
 	}
-	*server = made;
-	return TW_OK;
+	return status;
 }
 
 static void wake_all(struct http_server *server)

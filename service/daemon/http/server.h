@@ -31,6 +31,7 @@ struct http_settings {
 	const struct http_limits *limits; /* copied */
 };
 
+/* *server is set before the first request is read, NULL after an error. */
 enum tw_status http_start(struct http_server **server, const struct http_settings *settings,
 			  struct tw_error *error) TW_NODISCARD;
 
