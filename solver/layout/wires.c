@@ -179,9 +179,11 @@ static struct span reverse(const struct span *span)
 	return back;
 }
 
+/* Where a strand is cut into branches. */
 struct cut {
 	uint32_t span;
 	double t;
+	uint32_t node; /* of the path, which is cut there, too */
 };
 
 /* Notes where a part of the branch's curve is farthest from legs first…end - 1 of the tree's path. */
@@ -200,9 +202,9 @@ static void look_for_stray(const struct draft *draft, const struct span *part, u
 	}
 }
 
-/* The part of the curve between two cuts becomes the wire of a branch, whose path is legs leg…leg_end - 1. */
+/* The part of the curve between two cuts becomes the wire of a branch. */
 static enum tw_status take_wire(struct draft *draft, const struct strand_step *step, struct cut from, struct cut to,
-				uint32_t leg, uint32_t leg_end, struct tw_error *error)
+				struct tw_error *error)
 {
 	struct wire *wire = &draft->smoother->wires->wire[step->branch];
 	wire->span = ARENA_ARRAY(draft->smoother->arena, to.span - from.span + 1, struct span);
@@ -214,7 +216,7 @@ static enum tw_status take_wire(struct draft *draft, const struct strand_step *s
 			continue;
 		struct span part = span_part(&draft->span[s], t0, t1);
 		wire->span[wire->span_count++] = fold(draft, &part);
-		look_for_stray(draft, &part, leg, leg_end, &wire->stray);
+		look_for_stray(draft, &part, from.node, to.node, &wire->stray);
 	}
 	if (!step->reversed)
 		return TW_OK;
@@ -248,22 +250,21 @@ static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error
 	know_end(draft, draft->strand->end[0], 0, path->leg_run[0], path->point[0]);
 	know_end(draft, draft->strand->end[1], path->count - 1, path->leg_run[path->count - 2],
 		 path->point[path->count - 1]);
-	struct cut from = {0, 0};
+	const struct cut end = {draft->span_count ? draft->span_count - 1 : 0, 1, path->count - 1};
+	struct cut from = {0, 0, 0};
 	uint32_t node = draft->extended_first;
 	for (uint32_t i = 0; i < draft->strand->count; i++) {
 		const struct strand_step *step = &set->step[draft->strand->first + i];
 		const struct branch *branch = &set->branch[step->branch];
-		uint32_t first = i ? node : 0;
+		struct cut to = end;
 		node += branch->edge_count;
-		struct cut to = {draft->span_count ? draft->span_count - 1 : 0, 1};
 		if (i + 1 < draft->strand->count && draft->span_count) {
-			to = from;
+			to = (struct cut){from.span, from.t, node};
 			nearest_on_curve(draft, path->point[node], &to.span, &to.t);
 			know_end(draft, branch->end[!step->reversed], node, draft->span[to.span].piece,
 				 span_point(&draft->span[to.span], to.t));
 		}
-		uint32_t end = i + 1 < draft->strand->count ? node : path->count - 1;
-		enum tw_status status = take_wire(draft, step, from, to, first, end, error);
+		enum tw_status status = take_wire(draft, step, from, to, error);
 		if (status)
 			return status;
 		from = to;
