@@ -20,6 +20,7 @@ struct api {
 	struct api_policy *policy; /* guarded by `lock` */
 	char *store_url;           /* owned */
 	pthread_key_t store;       /* struct store * of each thread */
+	struct store_place place;  /* of all of them */
 };
 
 /* --- policies -------------------------------------------------------------------------------------------------------
@@ -103,17 +104,55 @@ static void close_store(void *store)
 	store_close(store);
 }
 
+static enum tw_status keep_store(struct api *api, struct store *store, struct tw_error *error)
+{
+	if (pthread_setspecific(api->store, store) == 0)
+		return TW_OK;
+	store_close(store);
+	return tw_fail_memory(error);
+}
+
+static enum tw_status fail_gone(struct tw_error *error)
+{
+	return tw_fail(
+		error, TW_ERROR_IO, STORE_GONE, NULL,
+		"the store was deleted, replaced or unmounted while the service ran; put it back, or restart the "
+		"service");
+}
+
+/* Only the first one makes a store: a later one would serve an empty store where there was a full one. */
+static enum tw_status open_first(struct api *api, struct tw_error *error)
+{
+	struct store *store = NULL;
+	enum tw_status status = store_open(&store, api->store_url, error);
+	if (status != TW_OK)
+		return status;
+	api->place = store_place(store);
+	return keep_store(api, store, error);
+}
+
+static enum tw_status open_another(struct api *api, struct store **store, struct tw_error *error)
+{
+	enum tw_status status = store_open_existing(store, api->store_url, error);
+	if (status == TW_ERROR_NOT_FOUND)
+		return fail_gone(error);
+	if (status != TW_OK)
+		return status;
+	struct store_place place = store_place(*store);
+	if (place.device == api->place.device && place.file == api->place.file)
+		return keep_store(api, *store, error);
+	store_close(*store);
+	return fail_gone(error);
+}
+
 enum tw_status api_store(struct api *api, struct store **store, struct tw_error *error)
 {
 	*store = pthread_getspecific(api->store);
 	if (*store)
 		return TW_OK;
-	enum tw_status status = store_open(store, api->store_url, error);
-	if (status == TW_OK && pthread_setspecific(api->store, *store) != 0) {
-		store_close(*store);
+	enum tw_status status = open_another(api, store, error);
+	if (status != TW_OK)
 		*store = NULL;
-		return tw_fail_memory(error);
-	}
 	return status;
 }
 
@@ -142,9 +181,8 @@ enum tw_status api_open(struct api **api, const struct api_settings *settings, s
 		return tw_fail_memory(error);
 	}
 	pthread_mutex_init(&made->lock, NULL);
-	struct store *store = NULL;
 	made->store_url = strdup(settings->store_url);
-	enum tw_status status = made->store_url ? api_store(made, &store, error) : tw_fail_memory(error);
+	enum tw_status status = made->store_url ? open_first(made, error) : tw_fail_memory(error);
 	if (status == TW_OK)
 		status = policy_new(&made->policy, settings, error);
 	if (status != TW_OK) {

@@ -16,6 +16,9 @@ struct api_hooks {
 	char *(*metrics)(void *context);                      /* text for /metrics in the Prometheus format; malloc */
 	bool (*ready)(void *context, char *why, size_t size); /* false, with a reason, while draining */
 	bool (*may_hold)(void *context); /* whether one more request, or stream of events, may wait for a job */
+	/* The service itself failed (a status of 500 and above, but for a full store): for the log. `request_id` may be
+	 * NULL. */
+	void (*failed)(void *context, const char *request_id, const struct tw_error *error);
 	void *context;
 };
 

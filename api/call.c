@@ -1,6 +1,7 @@
 #include "api/call.h"
 
 #include "api/header.h"
+#include "api/problem.h"
 
 #include <time.h>
 
@@ -20,6 +21,13 @@ void call_job_added(const struct api_call *call)
 	const struct api_hooks *hooks = &call->settings->hooks;
 	if (hooks->job_added)
 		hooks->job_added(hooks->context);
+}
+
+void call_failed(const struct api_call *call, const char *request_id, const struct tw_error *error)
+{
+	const struct api_hooks *hooks = &call->settings->hooks;
+	if (hooks->failed && problem_status(error) >= 500 && error->status != TW_ERROR_FULL)
+		hooks->failed(hooks->context, request_id, error);
 }
 
 bool call_is_unchanged(struct api_call *call, const char *etag)

@@ -42,6 +42,9 @@ bool call_may_hold(const struct api_call *call);
 /* Tells the service that there is work. */
 void call_job_added(const struct api_call *call);
 
+/* Tells the service, for its log, of a failure that is its own. */
+void call_failed(const struct api_call *call, const char *request_id, const struct tw_error *error);
+
 /* Sets ETag and answers 304 when the request's If-None-Match names it: true, and there is nothing left to do. `etag`
  * comes without quotes. */
 bool call_is_unchanged(struct api_call *call, const char *etag);

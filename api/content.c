@@ -10,14 +10,19 @@
 /* A blob that is read from the store while it is sent. */
 struct blob_stream {
 	struct api_stream stream;
-	struct store *store; /* borrowed: of the thread that sends */
+	struct store *store;           /* borrowed: of the thread that sends */
+	const struct api_hooks *hooks; /* borrowed */
 	int64_t number;
 };
 
 static enum tw_status read_blob(struct api_stream *stream, uint64_t offset, void *bytes, size_t size, size_t *got)
 {
 	const struct blob_stream *blob = (const struct blob_stream *)stream;
-	return blob_read(blob->store, blob->number, offset, bytes, size, got, NULL);
+	struct tw_error error = {0};
+	enum tw_status status = blob_read(blob->store, blob->number, offset, bytes, size, got, &error);
+	if (status == TW_ERROR_IO && blob->hooks->failed)
+		blob->hooks->failed(blob->hooks->context, NULL, &error);
+	return status;
 }
 
 static void close_blob(struct api_stream *stream)
@@ -25,14 +30,41 @@ static void close_blob(struct api_stream *stream)
 	free(stream);
 }
 
+/* What is small is read before the answer begins, so that bytes that are damaged become an error and not half an
+ * answer; of what is large, the beginning. Damage further on breaks the answer off. */
+enum { WHOLE_BYTES = 1 << 20 };
+
+static enum tw_status respond_whole(struct api_call *call, const struct blob *blob, const char *media_type,
+				    struct tw_error *error)
+{
+	size_t got = 0;
+	char *bytes = malloc(blob->size ? (size_t)blob->size : 1);
+	if (!bytes)
+		return tw_fail_memory(error);
+	enum tw_status status = blob_read(call->store, blob->number, 0, bytes, (size_t)blob->size, &got, error);
+	if (status == TW_OK)
+		return response_bytes(&call->response, 200, media_type, bytes, got, error);
+	free(bytes);
+	return status;
+}
+
 static enum tw_status stream_blob(struct api_call *call, const struct blob *blob, const char *media_type,
 				  struct tw_error *error)
 {
+	char first;
+	size_t got = 0;
+	if (blob->size <= WHOLE_BYTES)
+		return respond_whole(call, blob, media_type, error);
+	enum tw_status status = blob_read(call->store, blob->number, 0, &first, 1, &got, error);
+	if (status != TW_OK)
+		return status;
 	struct blob_stream *stream = malloc(sizeof *stream);
 	if (!stream)
 		return tw_fail_memory(error);
-	*stream = (struct blob_stream){
-		{.size = blob->size, .read = read_blob, .close = close_blob}, call->store, blob->number};
+	*stream = (struct blob_stream){{.size = blob->size, .read = read_blob, .close = close_blob},
+				       call->store,
+				       &call->settings->hooks,
+				       blob->number};
 	response_stream(&call->response, media_type, &stream->stream);
 	return TW_OK;
 }

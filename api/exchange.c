@@ -132,6 +132,7 @@ static enum exchange_state answer_problem(struct exchange *exchange, const struc
 {
 	/* What was uploaded so far is of no use, and the disk may be what is full. */
 	body_upload_clear(&exchange->call.upload);
+	call_failed(&exchange->call, exchange->request_id, error);
 	problem_respond(&exchange->call.response, error, exchange->request_id);
 	return answer(exchange);
 }

@@ -38,6 +38,7 @@ static const struct {
 	{"method-not-implemented", 501},
 	{"not-ready", 503},
 	{"store-busy", 503},
+	{"store-gone", 503},
 	{"idempotency-key-reused", 422},
 };
 

@@ -1,6 +1,7 @@
 /* Finding and reading blobs. */
 #include "storage/blob.h"
 
+#include "storage/block_hash.h"
 #include "storage/sql.h"
 
 #include <stdlib.h>
@@ -92,31 +93,90 @@ static enum tw_status blob_extent(struct store *store, int64_t number, uint64_t 
 	return status == TW_OK && !found ? gone(error) : status;
 }
 
-static enum tw_status find_chunk(struct store *store, int64_t blob, uint64_t position, int64_t *row,
-				 struct tw_error *error)
+/* A chunk, as far as reading it has to know it. */
+struct chunk {
+	int64_t blob;
+	int64_t row;
+	uint64_t position;
+	size_t size;
+	uint8_t hashes[BLOCKS_MAX * BLOCK_HASH_SIZE];
+	bool has_hashes; /* chunks of 0.1.0 have none */
+};
+
+static enum tw_status find_chunk(struct store *store, struct chunk *chunk, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM chunk WHERE blob = ? AND position = ?");
-	sql_bind_int(&q, blob);
-	sql_bind_int(&q, (int64_t)position);
+	size_t size = 0;
+	struct sql q =
+		sql_query(store, "SELECT c.number, h.hashes FROM chunk c"
+				 " LEFT JOIN chunk_hash h ON h.chunk = c.number WHERE c.blob = ? AND c.position = ?");
+	sql_bind_int(&q, chunk->blob);
+	sql_bind_int(&q, (int64_t)chunk->position);
 	bool found = sql_step(&q);
-	*row = found ? sql_int(&q) : 0;
+	if (found) {
+		chunk->row = sql_int(&q);
+		const void *hashes = sql_bytes(&q, &size);
+		chunk->has_hashes = hashes && size <= sizeof chunk->hashes &&
+				    size == (chunk->size + BLOCK_BYTES - 1) / BLOCK_BYTES * BLOCK_HASH_SIZE;
+		if (chunk->has_hashes)
+			memcpy(chunk->hashes, hashes, size);
+	}
 	enum tw_status status = sql_end(&q, error);
 	return status == TW_OK && !found ? gone(error) : status;
 }
 
+static enum tw_status check_block(const struct chunk *chunk, size_t block, const void *bytes, size_t size,
+				  struct tw_error *error)
+{
+	uint8_t hash[BLOCK_HASH_SIZE];
+	if (!chunk->has_hashes)
+		return TW_OK;
+	block_hash(bytes, size, hash);
+	if (!memcmp(hash, chunk->hashes + block * BLOCK_HASH_SIZE, sizeof hash))
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_IO, BLOB_DAMAGED, NULL,
+		       "stored bytes are not what was written (blob %lld, from byte %llu): check the disk, and restore "
+		       "the store from a backup",
+		       (long long)chunk->blob,
+		       (unsigned long long)(chunk->position * BLOB_CHUNK + block * BLOCK_BYTES));
+}
+
+/* Of the block, `size` bytes from `offset` in it. */
+static enum tw_status read_block(sqlite3_blob *handle, const struct chunk *chunk, size_t block, size_t offset,
+				 char *bytes, size_t size, struct tw_error *error)
+{
+	char scratch[BLOCK_BYTES];
+	size_t from = block * BLOCK_BYTES;
+	size_t whole = chunk->size - from < BLOCK_BYTES ? chunk->size - from : BLOCK_BYTES;
+	char *to = size == whole ? bytes : scratch;
+	int code = sqlite3_blob_read(handle, to, (int)whole, (int)from);
+	/* Shorter than its blob says, for one. */
+	if (code != SQLITE_OK)
+		return code == SQLITE_ERROR ? gone(error) : connection_fail(NULL, code, error);
+	enum tw_status status = check_block(chunk, block, to, whole, error);
+	if (status == TW_OK && to == scratch)
+		memcpy(bytes, scratch + offset, size);
+	return status;
+}
+
 /* Opened and closed each time: an open handle holds a snapshot, behind which the WAL could not be emptied. */
-static enum tw_status read_chunk(struct store *store, int64_t row, uint64_t offset, void *bytes, size_t size,
-				 struct tw_error *error)
+static enum tw_status read_chunk(struct store *store, const struct chunk *chunk, size_t offset, char *bytes,
+				 size_t size, struct tw_error *error)
 {
 	sqlite3_blob *handle = NULL;
-	int code = sqlite3_blob_open(store->connection->db, "main", "chunk", "bytes", row, 0, &handle);
-	if (code == SQLITE_OK)
-		code = sqlite3_blob_read(handle, bytes, (int)size, (int)offset);
+	int code = sqlite3_blob_open(store->connection->db, "main", "chunk", "bytes", chunk->row, 0, &handle);
+	enum tw_status status = code == SQLITE_OK      ? TW_OK
+				: code == SQLITE_ERROR ? gone(error) /* deleted meanwhile */
+						       : connection_fail(store->connection->db, code, error);
+	while (status == TW_OK && size) {
+		size_t inside = offset % BLOCK_BYTES;
+		size_t part = BLOCK_BYTES - inside < size ? BLOCK_BYTES - inside : size;
+		status = read_block(handle, chunk, offset / BLOCK_BYTES, inside, bytes, part, error);
+		bytes += part;
+		offset += part;
+		size -= part;
+	}
 	sqlite3_blob_close(handle);
-	/* SQLITE_ERROR: no such row (deleted meanwhile), or shorter than its blob says. */
-	return code == SQLITE_OK      ? TW_OK
-	       : code == SQLITE_ERROR ? gone(error)
-				      : connection_fail(store->connection->db, code, error);
+	return status;
 }
 
 static enum tw_status read_chunks(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size,
@@ -127,16 +187,17 @@ static enum tw_status read_chunks(struct store *store, int64_t number, uint64_t 
 	char *to = bytes;
 	*got = 0;
 	while (status == TW_OK && *got < size && offset < end) {
-		int64_t row;
+		struct chunk chunk = {.blob = number, .position = offset / BLOB_CHUNK};
+		uint64_t left = end - chunk.position * BLOB_CHUNK;
 		uint64_t inside = offset % BLOB_CHUNK;
-		uint64_t part = BLOB_CHUNK - inside;
-		part = part < end - offset ? part : end - offset;
+		chunk.size = left < BLOB_CHUNK ? (size_t)left : BLOB_CHUNK;
+		size_t part = chunk.size - (size_t)inside;
 		part = part < size - *got ? part : size - *got;
-		status = find_chunk(store, number, offset / BLOB_CHUNK, &row, error);
+		status = find_chunk(store, &chunk, error);
 		if (status == TW_OK)
-			status = read_chunk(store, row, inside, to + *got, (size_t)part, error);
+			status = read_chunk(store, &chunk, (size_t)inside, to + *got, part, error);
 		if (status == TW_OK) {
-			*got += (size_t)part;
+			*got += part;
 			offset += part;
 		}
 	}

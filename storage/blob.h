@@ -42,7 +42,10 @@ enum tw_status blob_list(struct store *store, const char *resource_id, enum blob
 			 size_t *count, struct tw_error *error) TW_NODISCARD;
 
 /* Copies at most `size` bytes from `offset`; `*got` is smaller only at the end of the blob, and 0 there. Holds no lock
- * and no memory between calls. Reads whole chunks fastest. TW_ERROR_NOT_FOUND when it was deleted meanwhile. */
+ * and no memory between calls. Reads whole chunks fastest. TW_ERROR_NOT_FOUND when it was deleted meanwhile.
+ *
+ * What is read is checked against the hashes that were kept when it was written: TW_ERROR_IO BLOB_DAMAGED, and then
+ * `bytes` are not to be used. (Blobs that 0.1.0 wrote have none.) */
 enum tw_status blob_read(struct store *store, int64_t number, uint64_t offset, void *bytes, size_t size, size_t *got,
 			 struct tw_error *error) TW_NODISCARD;
 

@@ -1,10 +1,24 @@
 /* Writing chunks. */
 #include "storage/chunk.h"
 
+#include "storage/block_hash.h"
 #include "storage/sql.h"
 #include "storage/store.h"
 
 #include <assert.h>
+
+static_assert(BLOB_CHUNK == BLOCKS_MAX * BLOCK_BYTES, "the blocks of a chunk");
+
+static enum tw_status add_hashes(struct store *store, int64_t chunk, const void *bytes, size_t size,
+				 struct tw_error *error)
+{
+	uint8_t hashes[BLOCKS_MAX * BLOCK_HASH_SIZE];
+	size_t count = block_hash_all(bytes, size, hashes);
+	struct sql q = sql_query(store, "INSERT INTO chunk_hash(chunk, hashes) VALUES (?, ?)");
+	sql_bind_int(&q, chunk);
+	sql_bind_bytes(&q, hashes, count * BLOCK_HASH_SIZE);
+	return sql_run(&q, NULL, error);
+}
 
 enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, const void *bytes, size_t size,
 			 struct tw_error *error)
@@ -14,7 +28,8 @@ enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, c
 	sql_bind_int(&q, blob);
 	sql_bind_int(&q, (int64_t)position);
 	sql_bind_bytes(&q, bytes, size);
-	return sql_run(&q, NULL, error);
+	enum tw_status status = sql_run(&q, NULL, error);
+	return status == TW_OK ? add_hashes(store, sql_inserted(store), bytes, size, error) : status;
 }
 
 enum tw_status chunk_seal(struct store *store, int64_t blob, const struct content_hash *hash, struct tw_error *error)

@@ -4,7 +4,7 @@
 
 #include "storage/blob.h"
 
-/* One chunk of at most BLOB_CHUNK bytes at its place in a blob. */
+/* One chunk of at most BLOB_CHUNK bytes at its place in a blob, with the hashes of its blocks. */
 enum tw_status chunk_add(struct store *store, int64_t blob, uint64_t position, const void *bytes, size_t size,
 			 struct tw_error *error) TW_NODISCARD;
 

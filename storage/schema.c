@@ -240,6 +240,12 @@ static const char counts_and_clock[] =
 	"CREATE INDEX job_by_problem ON job(failure_type, number) WHERE failure_type <> '';"
 	"CREATE UNIQUE INDEX job_by_change ON job(change);"
 
+	/* What tells that a chunk is as it was written; apart, because behind the bytes it would be slow to read. */
+	"CREATE TABLE chunk_hash("
+	"	chunk INTEGER PRIMARY KEY REFERENCES chunk ON DELETE CASCADE,"
+	"	hashes BLOB NOT NULL" /* of each block; see block_hash.h */
+	") STRICT;"
+
 	/* How many jobs there are, so that nobody has to count a million of them. */
 	"CREATE TABLE job_count("
 	"	kind INTEGER NOT NULL,"

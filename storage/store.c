@@ -212,6 +212,13 @@ void store_close(struct store *store)
 	free(store);
 }
 
+struct store_place store_place(const struct store *store)
+{
+	struct store_place place;
+	writer_place(store->writer, &place.device, &place.file);
+	return place;
+}
+
 enum tw_status store_check_place(struct store *store, struct tw_error *error)
 {
 	return connection_check_place(&store->reads, error);

@@ -57,6 +57,12 @@ enum tw_status store_room(struct store *store, uint64_t *bytes, struct tw_error 
 /* Returns some of the free pages to the file system. For the daemon to call every minute or so. */
 enum tw_status store_shrink(struct store *store, struct tw_error *error) TW_NODISCARD;
 
+/* Which file it is: equal for two stores that were opened on the same. */
+struct store_place {
+	uint64_t device, file;
+};
+struct store_place store_place(const struct store *store);
+
 /* Whether the store's file is still at its path: TW_ERROR_IO "store-gone". */
 enum tw_status store_check_place(struct store *store, struct tw_error *error) TW_NODISCARD;
 #define STORE_GONE "store-gone"

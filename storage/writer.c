@@ -11,6 +11,7 @@
 
 #include "storage/gate.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>
@@ -140,11 +141,12 @@ static bool wait_in_queue(struct writer *writer, bool alone, int64_t until_ms)
 	struct timespec until = {until_ms / 1000, until_ms % 1000 * 1000000};
 	int code = 0;
 	init_condition(&turn.called);
+	/* It leaves the queue before it ceases to be. */
 	if (writer->last)
 		writer->last->next = &turn;
 	else
-		writer->first = &turn;
-	writer->last = &turn;
+		writer->first = &turn; /* cppcheck-suppress autoVariables */
+	writer->last = &turn;          /* cppcheck-suppress autoVariables */
 	while (!turn.granted && code == 0)
 		code = pthread_cond_timedwait(&turn.called, &writer->mutex, &until);
 	if (!turn.granted)
@@ -302,6 +304,7 @@ enum tw_status writer_begin(struct writer *writer, bool alone, struct connection
 		pass_turn(writer);
 		return status;
 	}
+	assert(writer->group);
 	writer->group->members++;
 	int code = alone ? SQLITE_OK : connection_run(&writer->connection, "SAVEPOINT member");
 	if (code != SQLITE_OK) {
@@ -490,6 +493,12 @@ enum tw_status writer_end(struct writer *writer, enum tw_status status, bool dur
 	if (error && status != TW_OK)
 		*error = own;
 	return status;
+}
+
+void writer_place(const struct writer *writer, uint64_t *device, uint64_t *file)
+{
+	*device = writer->device;
+	*file = writer->inode;
 }
 
 void writer_count(struct writer *writer, struct writer_counts *counts)

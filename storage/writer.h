@@ -37,6 +37,9 @@ enum tw_status writer_begin(struct writer *writer, bool alone, struct connection
 enum tw_status writer_end(struct writer *writer, enum tw_status status, bool durable,
 			  struct tw_error *error) TW_NODISCARD;
 
+/* The file, as the system tells files apart. */
+void writer_place(const struct writer *writer, uint64_t *device, uint64_t *file);
+
 /* Since it was opened. */
 struct writer_counts {
 	uint64_t transactions, groups, syncs;

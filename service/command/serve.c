@@ -78,6 +78,13 @@ static bool on_ready(void *context, char *why, size_t size)
 	return false;
 }
 
+static void on_failed(void *context, const char *request_id, const struct tw_error *error)
+{
+	(void)context;
+	log_event(LOG_LEVEL_ERROR, "failed", "id=%s type=%s text=\"%s\"", request_id ? request_id : "-",
+		  error->type ? error->type : "-", error->text);
+}
+
 /* --- start ------------------------------------------------------------------------------------------------------ */
 
 /* Blocks the signals for this thread and all that it makes, and takes them from a descriptor instead. */
@@ -129,7 +136,7 @@ static struct api_settings api_settings_of(struct daemon *daemon)
 		.cors_origin = config->cors_origin,
 		.host_names = config->host_names,
 		.key_file = config->key_file,
-		.hooks = {on_job_added, on_metrics, on_ready, on_may_hold, daemon},
+		.hooks = {on_job_added, on_metrics, on_ready, on_may_hold, on_failed, daemon},
 	};
 }
 

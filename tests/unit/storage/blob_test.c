@@ -281,14 +281,64 @@ static void the_sweep_makes_the_file_smaller(void **state)
 	assert_true(fixture_ask(f, "SELECT page_count FROM pragma_page_count") < before / 4);
 }
 
+/* Bit rot: whatever byte of a chunk is read, a wrong one is told, and nothing is handed out. */
+static void damaged_bytes_are_told_and_not_handed_out(void **state)
+{
+	struct fixture *f = *state;
+	size_t size = 2 * BLOB_CHUNK + 100000, got = 0;
+	unsigned char *bytes = noise(size), *back = calloc(1, size);
+	struct upload *upload = begin(f, UINT64_MAX);
+	struct blob blob;
+	bool sealed;
+	ok(f, upload_write(upload, bytes, size, &f->error));
+	ok(f, upload_seal(upload, &f->error));
+	ok(f, upload_find(f->store, upload_id(upload), &blob, &sealed, &f->error));
+	upload_free(upload);
+	static const size_t places[] = {0, 65535, 65536, BLOB_CHUNK - 1, BLOB_CHUNK, 2 * BLOB_CHUNK + 99999};
+	for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+		char text[256];
+		snprintf(text, sizeof text,
+			 "UPDATE chunk SET bytes = CAST(substr(bytes, 1, %zu) || x'%02x' || substr(bytes, %zu) AS BLOB)"
+			 " WHERE position = %zu",
+			 places[i] % BLOB_CHUNK, bytes[places[i]] ^ 1, places[i] % BLOB_CHUNK + 2,
+			 places[i] / BLOB_CHUNK);
+		assert_int_equal(sqlite3_exec(f->oracle, text, NULL, NULL, NULL), SQLITE_OK);
+		refused(f, blob_read(f->store, blob.number, 0, back, size, &got, &f->error), TW_ERROR_IO, BLOB_DAMAGED);
+		/* A part that reaches into the block of it, and parts before and behind that do not. */
+		size_t block = places[i] / 65536 * 65536, end = block + 65536 < size ? block + 65536 : size;
+		refused(f, blob_read(f->store, blob.number, end - 1, back, 1, &got, &f->error), TW_ERROR_IO,
+			BLOB_DAMAGED);
+		refused(f, blob_read(f->store, blob.number, block ? block - 7 : 0, back, 20, &got, &f->error),
+			TW_ERROR_IO, BLOB_DAMAGED);
+		if (block) {
+			ok(f, blob_read(f->store, blob.number, 0, back, block, &got, &f->error));
+			assert_memory_equal(back, bytes, block);
+		}
+		if (end < size) {
+			ok(f, blob_read(f->store, blob.number, end, back, size - end, &got, &f->error));
+			assert_memory_equal(back, bytes + end, size - end);
+		}
+		snprintf(text, sizeof text,
+			 "UPDATE chunk SET bytes = CAST(substr(bytes, 1, %zu) || x'%02x' || substr(bytes, %zu) AS BLOB)"
+			 " WHERE position = %zu",
+			 places[i] % BLOB_CHUNK, bytes[places[i]], places[i] % BLOB_CHUNK + 2, places[i] / BLOB_CHUNK);
+		assert_int_equal(sqlite3_exec(f->oracle, text, NULL, NULL, NULL), SQLITE_OK);
+	}
+	ok(f, blob_read(f->store, blob.number, 0, back, size, &got, &f->error));
+	assert_memory_equal(back, bytes, size);
+	free(bytes);
+	free(back);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		TEST(an_upload_comes_back_byte_for_byte),    TEST(the_hash_is_that_of_b2sum),
-		TEST(a_resumed_upload_is_the_same_upload),   TEST(two_writers_of_one_upload_do_not_mix),
-		TEST(an_upload_beyond_its_limit_is_refused), TEST(a_long_name_is_cut_between_characters),
-		TEST(the_sweep_takes_what_nobody_used),      TEST(the_sweep_makes_the_file_smaller),
-		TEST(deleting_a_large_upload_writes_little), TEST(a_large_upload_goes_in_small_steps),
+		TEST(an_upload_comes_back_byte_for_byte),        TEST(the_hash_is_that_of_b2sum),
+		TEST(a_resumed_upload_is_the_same_upload),       TEST(two_writers_of_one_upload_do_not_mix),
+		TEST(an_upload_beyond_its_limit_is_refused),     TEST(a_long_name_is_cut_between_characters),
+		TEST(the_sweep_takes_what_nobody_used),          TEST(the_sweep_makes_the_file_smaller),
+		TEST(damaged_bytes_are_told_and_not_handed_out), TEST(deleting_a_large_upload_writes_little),
+		TEST(a_large_upload_goes_in_small_steps),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
