@@ -5,6 +5,7 @@
 #include "solver/field/local.h"
 #include "solver/field/strain.h"
 #include "solver/field/strip.h"
+#include "solver/garment/correspondence.h"
 #include "solver/parallel.h"
 
 #include <math.h>
@@ -105,16 +106,21 @@ static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t
 }
 
 /* Coordinates or densities beyond all measure show here, whatever way they came in. */
-static enum tw_status check_costs(const double *cost, uint32_t count, struct tw_error *error)
+static enum tw_status check_costs(const struct weighing *w, uint32_t count, struct tw_error *error)
 {
+	const double *cost = w->cost;
 	double total = 0;
 	for (uint32_t e = 0; e < count; e++) {
 		total += cost[e] == INFINITY ? 0 : cost[e];
 		if (!(total < 1e200)) {
-			char where[32];
-			snprintf(where, sizeof where, "edge %u", e);
-			return tw_fail(error, TW_ERROR_INPUT, "field-cost", where,
-				       "the strip of this edge has no finite cost; check the unit of the pattern");
+			const uint32_t *end = w->topology->edge_vertex + 2 * (size_t)e;
+			char name[2][VERTEX_NAME_BYTES], where[2 * VERTEX_NAME_BYTES + 16];
+			snprintf(where, sizeof where, "vertices %s and %s",
+				 garment_vertex_name(w->garment, end[0], name[0]),
+				 garment_vertex_name(w->garment, end[1], name[1]));
+			return tw_fail(
+				error, TW_ERROR_INPUT, "field-cost", where,
+				"the strip of the edge between them has no finite cost; check the unit of the pattern");
 		}
 	}
 	return TW_OK;
@@ -163,15 +169,15 @@ void field_value(const struct field *field, const struct field_constraints *cons
 		value[f] = (field->density[f] + field->options.eta_mpa) * (multiplier ? multiplier[f] : 1);
 }
 
-static enum tw_status check_input(const struct field *field, const struct field_constraints *constraints,
-				  struct tw_error *error)
+static enum tw_status check_input(const struct field *field, const struct garment *garment,
+				  const struct field_constraints *constraints, struct tw_error *error)
 {
 	const double *multiplier = constraints ? constraints->face_multiplier : NULL;
 	char where[32];
 	if (isnan(field->options.eta_mpa))
 		return tw_fail(error, TW_ERROR_INPUT, "field-eta", "/eta_mpa", "eta must be a number");
 	for (uint32_t f = 0; f < field->face_count; f++) {
-		snprintf(where, sizeof where, "face %u", f);
+		snprintf(where, sizeof where, "face %u", garment_file_face(garment, f));
 		if (!(field->density[f] >= 0 && field->density[f] <= 1e30))
 			return tw_fail(error, TW_ERROR_INPUT, "field-density", where,
 				       "the motions strain this face beyond all measure; check their unit");
@@ -272,7 +278,7 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 		.weight = weight,
 		.coverage = coverage,
 	};
-	enum tw_status status = check_input(field, constraints, error);
+	enum tw_status status = check_input(field, garment, constraints, error);
 	if (status)
 		return status;
 	struct arena_mark mark = arena_mark(arena);
@@ -288,7 +294,7 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
 	status = weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
 	if (!status)
-		status = check_costs(w.cost, field->edge_count, error);
+		status = check_costs(&w, field->edge_count, error);
 	if (!status) {
 		field->scale = choose_scale(w.cost, field->edge_count, field->options.weight);
 		for (uint32_t e = 0; e < field->edge_count; e++)

@@ -1,6 +1,8 @@
 /* Rest shapes, and the strain energy density of one frame: faces are gathered into lanes and evaluated together. */
 #include "solver/field/strain.h"
 
+#include "solver/garment/correspondence.h"
+
 #include "solver/field/clones.h"
 #include "solver/field/density.h"
 #include "solver/garment/first_corner.h"
@@ -14,7 +16,8 @@ struct sides {
 };
 
 /* The triangle laid into the plane with its first side on the first axis: Dm = (l m; 0 h). */
-static enum tw_status invert_sides(const struct sides *sides, uint32_t face, float inverse[3], struct tw_error *error)
+static enum tw_status invert_sides(const struct sides *sides, const struct garment *garment, uint32_t face,
+				   float inverse[3], struct tw_error *error)
 {
 	const double *s = sides->first, *t = sides->second;
 	double l = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
@@ -27,7 +30,7 @@ static enum tw_status invert_sides(const struct sides *sides, uint32_t face, flo
 	if (isfinite(inverse[0]) && isfinite(inverse[1]) && isfinite(inverse[2]))
 		return TW_OK;
 	char where[32];
-	snprintf(where, sizeof where, "face %u", face);
+	snprintf(where, sizeof where, "face %u", garment_file_face(garment, face));
 	return tw_fail(error, TW_ERROR_INPUT, "reference-degenerate-face", where,
 		       "the face has no area in the reference state; choose another reference");
 }
@@ -62,7 +65,7 @@ enum tw_status strain_rest_from_pattern(struct strain_rest *rest, struct arena *
 			sides.first[d] = u[2 * (size_t)c[1] + d] - u[2 * (size_t)c[0] + d];
 			sides.second[d] = u[2 * (size_t)c[2] + d] - u[2 * (size_t)c[0] + d];
 		}
-		status = invert_sides(&sides, f, rest->inverse + 3 * (size_t)f, error);
+		status = invert_sides(&sides, garment, f, rest->inverse + 3 * (size_t)f, error);
 	}
 	return status;
 }
@@ -79,7 +82,7 @@ enum tw_status strain_rest_from_worn(struct strain_rest *rest, struct arena *are
 			sides.first[d] = x[3 * (size_t)c[1] + d] - x[3 * (size_t)c[0] + d];
 			sides.second[d] = x[3 * (size_t)c[2] + d] - x[3 * (size_t)c[0] + d];
 		}
-		status = invert_sides(&sides, f, rest->inverse + 3 * (size_t)f, error);
+		status = invert_sides(&sides, garment, f, rest->inverse + 3 * (size_t)f, error);
 	}
 	return status;
 }
@@ -96,7 +99,7 @@ enum tw_status strain_rest_from_frame(struct strain_rest *rest, struct arena *ar
 			sides.first[d] = position[3 * (size_t)c[1] + d] - origin;
 			sides.second[d] = position[3 * (size_t)c[2] + d] - origin;
 		}
-		status = invert_sides(&sides, f, rest->inverse + 3 * (size_t)f, error);
+		status = invert_sides(&sides, garment, f, rest->inverse + 3 * (size_t)f, error);
 	}
 	return status;
 }

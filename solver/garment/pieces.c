@@ -41,7 +41,7 @@ static enum tw_status number_pieces(struct draft *draft)
 		return tw_fail(
 			draft->error, TW_ERROR_LIMIT, "too-many-pieces", NULL,
 			"the pattern falls into %u pieces, more than %d; neighbouring faces must share their pattern "
-			"positions",
+			"positions, and their vertices (weld_mm sews those that are written twice)",
 			garment->piece_count, PIECE_LIMIT);
 	return TW_OK;
 }

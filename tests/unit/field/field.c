@@ -352,7 +352,7 @@ static void what_cannot_be_weighed_is_an_error_that_names_the_place(void **state
 	assert_int_equal(
 		field_weigh(&s.field, s.arena, &s.garment, &s.topology, s.density, &s.options, NULL, 1, &error),
 		TW_ERROR_INPUT);
-	assert_non_null(strstr(error.where, "edge "));
+	assert_non_null(strstr(error.where, "vertices "));
 	arena_free(s.arena);
 }
 
