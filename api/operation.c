@@ -41,7 +41,10 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 	const struct api_hooks *hooks = &call->settings->hooks;
 	struct job_counts counts;
 	struct store_writes writes;
+	uint64_t room = 0;
 	enum tw_status status = job_count(call->store, &counts, error);
+	if (status == TW_OK)
+		status = store_room(call->store, &room, error);
 	if (status)
 		return status;
 	char *own = hooks->metrics ? hooks->metrics(hooks->context) : strdup("");
@@ -57,6 +60,10 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 		fprintf(out, "tightwire_jobs{state=\"%s\"} %llu\n", job_state_name(state),
 			(unsigned long long)counts.by_state[state]);
 	store_count_writes(call->store, &writes);
+	fprintf(out,
+		"# HELP tightwire_store_room_bytes What uploads and results may still take before the store is full.\n"
+		"# TYPE tightwire_store_room_bytes gauge\ntightwire_store_room_bytes %llu\n",
+		(unsigned long long)room);
 	fprintf(out,
 		"# HELP tightwire_store_transactions_total Transactions that this process has written.\n"
 		"# TYPE tightwire_store_transactions_total counter\ntightwire_store_transactions_total %llu\n"
