@@ -3,6 +3,7 @@
  */
 #include "solver/curve/corridor.h"
 
+#include <assert.h>
 #include <stdint.h>
 
 enum { WINDOW = CORRIDOR_WINDOW };
@@ -95,6 +96,7 @@ static void trace(const struct program *program, uint32_t *kept, uint32_t *kept_
 			best = k;
 	for (uint32_t k = best; at > 0;) {
 		const struct leg *leg = &program->into[at][k];
+		assert(leg->best < INFINITY && k < at);
 		kept[count++] = at;
 		at -= k + 1;
 		k = leg->before;
@@ -113,6 +115,7 @@ enum tw_status corridor_straighten(const struct corridor *corridor, struct arena
 {
 	struct arena_mark mark = arena_mark(arena);
 	struct program program = {.corridor = corridor};
+	assert(corridor->count >= 2);
 	program.into = arena_array(arena, corridor->count, sizeof *program.into);
 	program.run = ARENA_ARRAY(arena, corridor->count, double);
 	program.spent = ARENA_ARRAY(arena, corridor->count, double);

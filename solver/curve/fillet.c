@@ -3,6 +3,8 @@
  * has room for t at its one end plus t at its other end. */
 #include "solver/curve/fillet.h"
 
+#include <assert.h>
+
 /* A turn below this is a straight line: over a metre it is off by 0.1 µm. */
 static const double straight = 1e-7;
 
@@ -84,6 +86,7 @@ static struct span make_arc(const struct fillet *fillet, const struct corner *co
 enum tw_status curve_fillet(const struct corner *corner, uint32_t count, double minimum_radius, struct arena *arena,
 			    struct span **spans, uint32_t *span_count, struct tw_error *error)
 {
+	assert(count >= 2);
 	*spans = ARENA_ARRAY(arena, 2 * (size_t)count, struct span);
 	struct arena_mark mark = arena_mark(arena);
 	struct fillet *fillet = ARENA_ARRAY(arena, count, struct fillet);
@@ -104,6 +107,7 @@ enum tw_status curve_fillet(const struct corner *corner, uint32_t count, double 
 		}
 		at = to;
 	}
+	assert(made <= 2 * count);
 	arena_release(arena, mark);
 	*span_count = made;
 	return TW_OK;

@@ -1,5 +1,7 @@
 #include "solver/curve/ribbon.h"
 
+#include <assert.h>
+
 /* The angle whose chord strays by RIBBON_CHORD_MM from an arc: the sagitta is r (1 - cos(a / 2)), about r a² / 8. */
 static double chord_angle(double radius)
 {
@@ -38,6 +40,7 @@ static void add_sector(struct region_builder *builder, const struct span *span, 
 
 void ribbon_add(struct region_builder *builder, const struct span *span, uint32_t span_count, double width)
 {
+	assert(span_count > 0 && width > 0);
 	region_begin_loop(builder);
 	for (uint32_t s = 0; s < span_count; s++)
 		ribbon_add_side(builder, &span[s], -width / 2, false);

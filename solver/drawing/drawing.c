@@ -1,5 +1,6 @@
 #include "solver/drawing/drawing.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,6 +25,7 @@ void drawing_begin_layer(struct drawing *drawing, const char *id, const char *la
 static struct drawing_item *add_item(struct drawing *drawing, const struct drawing_item *item)
 {
 	struct drawing_layer *layer = drawing->last;
+	assert(layer || drawing->failed);
 	struct drawing_item *fresh = layer ? ARENA_ARRAY(drawing->arena, 1, struct drawing_item) : NULL;
 	if (!fresh) {
 		drawing->failed = true;
@@ -82,6 +84,8 @@ static void add_vertex(struct drawing *drawing, struct drawing_item *item, struc
 {
 	if (!item)
 		return;
+	assert(item->kind == DRAWING_PATH);
+	assert(begins || item->path.count);
 	struct drawing_path *path = &item->path;
 	if (path->count == path->room) {
 		uint32_t room = path->room ? 2 * path->room : FIRST_ROOM;
@@ -111,6 +115,7 @@ void drawing_line_to(struct drawing *drawing, struct drawing_item *path, struct 
 void drawing_arc_to(struct drawing *drawing, struct drawing_item *path, struct vec2 to, double turn)
 {
 	if (path && path->path.count) {
+		assert(fabs(turn) < 2 * CURVE_PI);
 		struct vec2 quarter = vec2_of_angle(turn / 4);
 		path->path.vertex[path->path.count - 1].bulge = quarter.y / quarter.x;
 	}

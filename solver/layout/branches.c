@@ -2,6 +2,7 @@
  * junction the pair of branches that is nearest to a straight line is linked; chains of links are the strands. */
 #include "solver/layout/branches.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -96,6 +97,8 @@ static void walk(const struct cutter *cutter, uint32_t end, uint32_t edge, struc
 		if (cutter->end_of[node] != GARMENT_NONE)
 			break;
 		uint32_t row = row_of(cutter, node);
+		/* A node that ends no branch has two edges. */
+		assert(row + 1 < cutter->half_count && cutter->half[row + 1].node == node);
 		edge = cutter->half[row].edge == edge ? cutter->half[row + 1].edge : cutter->half[row].edge;
 	}
 	branch->end[0] = end;
@@ -195,7 +198,7 @@ static enum tw_status link_all(struct cutter *cutter, struct tw_error *error)
 				if (set->branch[b].end[which] == e)
 					at[count++] = 2 * b + which;
 		enum tw_status status = link_junction(cutter, at, count, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;
@@ -261,6 +264,7 @@ static enum tw_status order_strands(struct cutter *cutter, struct tw_error *erro
 			}
 		}
 	}
+	assert(count == set->strand_count);
 	set->strand = ordered;
 	return TW_OK;
 }
@@ -287,9 +291,9 @@ enum tw_status branches_cut(struct branch_set *set, struct arena *arena, const s
 	qsort(cutter.half, cutter.half_count, sizeof *cutter.half, compare_halves);
 	find_ends(&cutter);
 	enum tw_status status = cut(&cutter, edge_count, error);
-	if (!status)
+	if (status == TW_OK)
 		status = link_all(&cutter, error);
-	if (!status)
+	if (status == TW_OK)
 		status = make_strands(&cutter, error);
-	return status ? status : order_strands(&cutter, error);
+	return status != TW_OK ? status : order_strands(&cutter, error);
 }

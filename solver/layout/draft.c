@@ -219,7 +219,7 @@ static enum tw_status round_corners(struct draft *draft, struct polygon *polygon
 		enum tw_status status =
 			curve_fillet(polygon->corner, polygon->count, smoother->rules->minimum_radius_mm,
 				     smoother->arena, &span, &count, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		double bad = judge(draft, polygon, span, count, drawing);
 		for (uint32_t s = 0; s < count; s++)
@@ -268,5 +268,5 @@ enum tw_status draft_draw(struct draft *draft, struct tw_error *error)
 		.context = draft,
 	};
 	enum tw_status status = corridor_straighten(&corridor, smoother->arena, kept, &kept_count, error);
-	return status ? status : draw_polygon(draft, kept, kept_count, error);
+	return status != TW_OK ? status : draw_polygon(draft, kept, kept_count, error);
 }

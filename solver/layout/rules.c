@@ -1,5 +1,6 @@
 #include "solver/layout/rules.h"
 
+#include <assert.h>
 #include <string.h>
 
 static const double cut_tolerance_mm = 0.25;   /* that a curve may leave its piece by: less than a cutter's */
@@ -239,6 +240,8 @@ static void note_branches(const struct walk *walk, const struct walk_step *at, u
 			continue;
 		uint32_t which = branch->end[1] == at->end;
 		walk->relation[b] = (struct relation){{facing, which}, at->walked};
+		/* A tree leads to every branch in one way only. */
+		assert(*depth <= branches->branch_count);
 		if (at->walked + walk->length[b] < walk->limit)
 			stack[(*depth)++] = (struct walk_step){branch->end[!which], b, at->walked + walk->length[b]};
 	}
@@ -252,6 +255,7 @@ static void relate(const struct walk *walk, uint32_t first, struct walk_step *st
 		walk->relation[b].between_mm = INFINITY;
 	for (uint32_t facing = 0; facing < 2; facing++) {
 		uint32_t depth = 0;
+		assert(first < branches->branch_count);
 		stack[depth++] = (struct walk_step){branches->branch[first].end[facing], first, 0};
 		while (depth > 0) {
 			struct walk_step at = stack[--depth];

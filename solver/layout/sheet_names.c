@@ -284,7 +284,7 @@ static enum tw_status find_terminals(struct sheet_names *names, const struct she
 	enum tw_status status =
 		label_page_init(&names->terminals, sheet->arena, (struct label_box){0, 0, sheet->width, sheet->height},
 				DOT_MM, count, blocks, NULL);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	for (uint32_t s = 0; s < result->sites->count; s++)
 		for (uint32_t m = 0; m < result->sites->site[s].mark_count; m++) {
@@ -305,11 +305,11 @@ enum tw_status sheet_names_find(struct sheet_names *names, const struct sheet *s
 	*names = (struct sheet_names){0};
 	struct surroundings around;
 	enum tw_status status = find_surroundings(&around, sheet);
-	if (!status)
+	if (status == TW_OK)
 		status = find_seams(names, sheet, &around);
-	if (!status)
+	if (status == TW_OK)
 		status = find_pieces(names, sheet, &around);
-	return status ? status : find_terminals(names, sheet);
+	return status != TW_OK ? status : find_terminals(names, sheet);
 }
 
 /* --- drawing ---------------------------------------------------------------------------------------------------- */

@@ -1,5 +1,6 @@
 #include "solver/layout/unfold.h"
 
+#include <assert.h>
 #include <string.h>
 
 /* The choice of sides, as a dynamic program along the strand. */
@@ -71,6 +72,7 @@ static struct vec2 side_direction(const struct garment *garment, uint32_t face, 
 static uint32_t corner_of_vertex(const struct garment *garment, uint32_t face, uint32_t vertex)
 {
 	const uint32_t *corner = &garment->face_vertex[3 * (size_t)face];
+	assert(corner[0] == vertex || corner[1] == vertex || corner[2] == vertex);
 	return corner[0] == vertex ? 0 : corner[1] == vertex ? 1 : 2;
 }
 

@@ -265,7 +265,7 @@ static enum tw_status cut_into_wires(struct draft *draft, struct tw_error *error
 				 span_point(&draft->span[to.span], to.t));
 		}
 		enum tw_status status = take_wire(draft, step, from, to, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		from = to;
 	}
@@ -296,7 +296,7 @@ static enum tw_status draw_strand(struct draft *draft, const struct manner *mann
 	struct arena *arena = smoother->arena;
 	enum tw_status status =
 		strand_unfold(&draft->path, arena, smoother->network, smoother->set, draft->strand, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	attach_end(draft, 0);
 	attach_end(draft, 1);
@@ -374,11 +374,11 @@ enum tw_status wires_smooth(struct wire_set *wires, struct arena *arena, const s
 	if (!wires->wire || !wires->end || !smoother.end_known)
 		return tw_fail_memory(error);
 	enum tw_status status = find_vertex_rates(&smoother, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	for (uint32_t s = 0; s < set->strand_count; s++) {
 		status = smooth_strand(&smoother, &set->strand[s], error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	/* A lone terminal has no wire; it lies where it is. */

@@ -197,7 +197,7 @@ static enum tw_status place_names(const struct picture *picture, int side, struc
 	struct label_box bounds = {picture->shift[side] - room, MARGIN_MM - room, picture->shift[side] + width + room,
 				   MARGIN_MM + height + room};
 	enum tw_status status = label_page_init(page, picture->arena, bounds, DOT_MM + 4, names, names + points, NULL);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	for (uint32_t s = 0; s < names; s++) {
 		char buffer[16];

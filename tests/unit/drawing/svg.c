@@ -102,6 +102,7 @@ static void a_failure_sticks(void **state)
 	struct drawing drawing = {.arena = arena, .title = "t", .width = 1, .height = 1};
 	drawing_begin_layer(&drawing, "layer", "layer");
 	struct drawing_item *path = drawing_add_path(&drawing, &line_style, DRAWING_NONE, false);
+	drawing_move_to(&drawing, path, (struct vec2){0, 0});
 	for (int i = 0; i < 100000 && !drawing.failed; i++)
 		drawing_line_to(&drawing, path, (struct vec2){i, 0});
 	assert_true(drawing.failed);
