@@ -6,12 +6,16 @@
  * of one terminal proves as well: max(0, a + b) <= max(0, a) + max(0, b). So each terminal gets one potential. */
 #include "solver/steiner/certificate/certificate.h"
 #include "solver/steiner/dual/dual.h"
+#include "solver/steiner/flow/flow.h"
 #include "solver/steiner/search.h"
 
 #include <assert.h>
 #include <string.h>
 
-enum { ASCENT_SHARE = 150, IMPROVE_SHARE = 2200, LEAST_SHARE = 300 }; /* work units for each edge */
+enum { ASCENT_SHARE = 30, IMPROVE_SHARE = 2200, LEAST_SHARE = 300 }; /* work units for each edge */
+
+/* With 36 terminals on 23,500 vertices 100 iterations leave 0.02 per cent, 200 leave 0.01. */
+enum { FLOW_ITERATIONS = 150 };
 
 /* Large graphs get less for each edge. */
 static const uint64_t improve_work_most = 700000000;
@@ -29,14 +33,38 @@ static enum tw_status set_up(struct search *search)
 	return status;
 }
 
-static enum tw_status grow_dual(struct search *search, struct dual *dual)
+static enum tw_status improve_by_search(struct search *search, struct dual *dual)
 {
 	const uint64_t edges = search->instance.edge_count;
-	enum tw_status status = dual_ascend_best(dual, search, ASCENT_SHARE * edges);
 	uint64_t effort = IMPROVE_SHARE * edges < improve_work_most ? IMPROVE_SHARE * edges : improve_work_most;
 	if (effort < LEAST_SHARE * edges)
 		effort = LEAST_SHARE * edges;
-	return status == TW_OK ? dual_improve(dual, search, effort, search_cutoff(search)) : status;
+	return dual_improve(dual, search, effort, search_cutoff(search));
+}
+
+/* The flow's bound where a flow fits and is better. */
+static enum tw_status improve(struct search *search, struct dual *dual)
+{
+	struct flow *flow;
+	struct dual rival;
+	if (flow_new(&flow, search, dual) != TW_OK)
+		return improve_by_search(search, dual);
+	enum tw_status status = flow_iterate(flow, search, FLOW_ITERATIONS);
+	if (status == TW_OK)
+		status = dual_init_like(&rival, search, dual, flow_members(flow));
+	if (status == TW_OK)
+		status = flow_split(flow, search, &rival);
+	if (status == TW_OK)
+		status = dual_extend(&rival, search);
+	if (status == TW_OK && rival.bound > dual->bound)
+		*dual = rival;
+	return status == TW_ERROR_MEMORY ? improve_by_search(search, dual) : status;
+}
+
+static enum tw_status grow_dual(struct search *search, struct dual *dual)
+{
+	const enum tw_status status = dual_ascend_best(dual, search, ASCENT_SHARE * (uint64_t)search->instance.edge_count);
+	return status == TW_OK ? improve(search, dual) : status;
 }
 
 /* Instance vertices have no names of their own, but their edges have. */
