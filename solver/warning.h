@@ -9,9 +9,10 @@
 enum { WARNINGS_MAX = 16, WARNING_PLACES = 8, WARNING_TEXT_BYTES = 320 };
 
 struct warning {
-	const char *type;       /* static slug: "isolated-vertices" */
-	const char *place_kind; /* static: "vertex", "face", "line", "piece", "frame", "terminal"; "" for none */
-	uint64_t count;         /* how many places in all */
+	const char *type;               /* static slug: "isolated-vertices" */
+	const char *place_kind;         /* static: "vertex", "face", "line", "piece", "frame", "terminal",
+						   "branch"; "" for none */
+	uint64_t count;                 /* how many places in all */
 	uint32_t place[WARNING_PLACES]; /* the first of them; numbers of the uploaded file from 0, lines from 1 */
 	uint32_t place_count;
 	char text[WARNING_TEXT_BYTES]; /* one sentence */

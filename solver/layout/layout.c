@@ -347,6 +347,7 @@ static void summarise(const struct job *job, const struct layout_result *result,
 	summary->baseline = result->baseline ? figures_of(&job->baseline.metrics.total, has_elongation) : no_figures;
 	summary->steiner = job->ours.tree.stats;
 	find_warnings(job, &summary->warnings);
+	rules_warn(&job->ours.violations, job->input->garment, &summary->warnings);
 	summary->has_baseline = result->baseline != NULL;
 	if (!summary->has_baseline)
 		return;

@@ -17,14 +17,14 @@ struct checker {
 };
 
 static const struct {
-	const char *name, *unit;
+	const char *name, *unit, *warning;
 } names[] = {
-	[RULE_MINIMUM_RADIUS] = {"minimum_radius", "mm"},
-	[RULE_OFF_PIECE] = {"off_piece", "mm"},
-	[RULE_KEEP_OUT] = {"keep_out", "mm2"},
-	[RULE_TOLERANCE] = {"tolerance", "mm"},
-	[RULE_STRIP_OVERLAP] = {"strip_overlap", "mm2"},
-	[RULE_SEAM_CORNER] = {"seam_corner", "mm"},
+	[RULE_MINIMUM_RADIUS] = {"minimum_radius", "mm", "rule-minimum-radius"},
+	[RULE_OFF_PIECE] = {"off_piece", "mm", "rule-off-piece"},
+	[RULE_KEEP_OUT] = {"keep_out", "mm2", "rule-keep-out"},
+	[RULE_TOLERANCE] = {"tolerance", "mm", "rule-tolerance"},
+	[RULE_STRIP_OVERLAP] = {"strip_overlap", "mm2", "rule-strip-overlap"},
+	[RULE_SEAM_CORNER] = {"seam_corner", "mm", "rule-seam-corner"},
 };
 _Static_assert(sizeof names / sizeof *names == RULE_COUNT, "every rule has a name");
 
@@ -36,6 +36,72 @@ const char *rule_name(enum design_rule rule)
 const char *rule_unit(enum design_rule rule)
 {
 	return names[rule].unit;
+}
+
+static void warn(const struct violation *worst, const char *piece, uint32_t branch, struct warning_list *warnings)
+{
+	const char *type = names[worst->rule].warning;
+	double value = worst->value, u = worst->at.x, v = worst->at.y;
+	switch (worst->rule) {
+	case RULE_MINIMUM_RADIUS:
+		warning_add(warnings, type, "branch", branch,
+			    "a curve is tighter than the smallest radius of %.1f mm: %.1f mm, branch %u at (%.0f, "
+			    "%.0f) on %.80s",
+			    worst->limit, value, worst->branch, u, v, piece);
+		break;
+	case RULE_OFF_PIECE:
+		warning_add(warnings, type, "branch", branch,
+			    "a curve leaves its piece: by %.1f mm, branch %u at (%.0f, %.0f) on %.80s", value,
+			    worst->branch, u, v, piece);
+		break;
+	case RULE_KEEP_OUT:
+		warning_add(warnings, type, "branch", branch,
+			    "a strip covers what is kept out: %.1f mm², branch %u at (%.0f, %.0f) on %.80s", value,
+			    worst->branch, u, v, piece);
+		break;
+	case RULE_TOLERANCE:
+		warning_add(
+			warnings, type, "branch", branch,
+			"a curve strays from the tree's path by more than %.1f mm: %.1f mm, branch %u at (%.0f, %.0f) "
+			"on %.80s",
+			worst->limit, value, worst->branch, u, v, piece);
+		break;
+	case RULE_STRIP_OVERLAP:
+		warning_add(warnings, type, "branch", branch,
+			    "strips that do not meet are nearer than they may be: branches %u and %u share %.1f mm² at "
+			    "(%.0f, "
+			    "%.0f) on %.80s",
+			    worst->branch, worst->other, value, u, v, piece);
+		break;
+	case RULE_SEAM_CORNER:
+		warning_add(warnings, type, "branch", branch,
+			    "a wire runs through a point where more than two pieces meet: branch %u at (%.0f, %.0f) on "
+			    "%.80s",
+			    worst->branch, u, v, piece);
+		break;
+	case RULE_COUNT:
+		break;
+	}
+}
+
+/* Small radii and small distances from a corner are the bad ones. */
+static bool is_worse(const struct violation *a, const struct violation *b)
+{
+	bool less_is_worse = a->rule == RULE_MINIMUM_RADIUS || a->rule == RULE_SEAM_CORNER;
+	return less_is_worse ? a->value < b->value : a->value > b->value;
+}
+
+void rules_warn(const struct violation_list *list, const struct garment *garment, struct warning_list *warnings)
+{
+	for (uint32_t rule = 0; rule < RULE_COUNT; rule++) {
+		const struct violation *worst = NULL;
+		for (uint32_t i = 0; i < list->count; i++)
+			if (list->violation[i].rule == rule && (!worst || is_worse(&list->violation[i], worst)))
+				worst = &list->violation[i];
+		for (uint32_t i = 0; worst && i < list->count; i++)
+			if (list->violation[i].rule == rule)
+				warn(worst, garment->piece_name[worst->piece], list->violation[i].branch, warnings);
+	}
 }
 
 static enum tw_status add(struct checker *checker, const struct violation *violation)

@@ -6,6 +6,7 @@
 #include "solver/layout/branches.h"
 #include "solver/layout/strips.h"
 #include "solver/pattern/locate.h"
+#include "solver/warning.h"
 
 enum design_rule {
 	RULE_MINIMUM_RADIUS, /* value: the arc's radius, limit: the smallest allowed, mm */
@@ -51,6 +52,9 @@ struct rules_input {
 /* A rule's name, as answers give it, and the unit of its values: "mm" or "mm2". */
 const char *rule_name(enum design_rule rule);
 const char *rule_unit(enum design_rule rule);
+
+/* A warning for every rule that is broken: its worst place in words, and the branches. */
+void rules_warn(const struct violation_list *list, const struct garment *garment, struct warning_list *warnings);
 
 /* Lists all violations, rule by rule, each by branch. TW_ERROR_MEMORY. */
 enum tw_status rules_check(struct violation_list *list, struct arena *arena, const struct rules_input *input,

@@ -28,7 +28,7 @@ struct layout_summary {
 	uint32_t junction_count;
 	uint32_t violation_count; /* of the design rules */
 	struct layout_figures ours, baseline;
-	struct warning_list warnings; /* of the terminals and the field */
+	struct warning_list warnings; /* of the terminals, the field and the design rules */
 	struct steiner_stats steiner;
 	double seconds_terminals, seconds_tree, seconds_baseline, seconds_curves, seconds_metrics, seconds_elongation,
 		seconds_artifacts, seconds_total; /* wall clock; never in artifact bytes */

@@ -611,6 +611,10 @@ static void a_corner_that_is_the_only_way_is_passed_and_named(void **ignored)
 		assert_string_equal(json_string_value(json_object_get(violation, "rule")), "seam_corner");
 		assert_true(member(violation, "value") < member(violation, "limit"));
 	}
+	/* And said aloud, where nobody reads the list. */
+	const json_t *warning = json_array_get(json_object_get(bench.json, "warnings"), 0);
+	assert_string_equal(json_string_value(json_object_get(warning, "type")), "rule-seam-corner");
+	assert_int_equal((int)member(warning, "count"), json_array_size(violations));
 	tear_down(&bench);
 }
 
