@@ -85,7 +85,7 @@ static enum tw_status watch_cloth(struct guard *guard, struct strain_mean *mean,
 	return TW_OK;
 }
 
-static enum tw_status add_frames(struct strain_mean *mean, struct means_report *report, const struct guard *guard,
+static enum tw_status add_frames(struct strain_mean *mean, struct means_report *report, struct guard *guard,
 				 struct stream *stream, means_progress *progress, void *context, struct tw_error *error)
 {
 	for (uint32_t done = 1;; done++) {
@@ -95,6 +95,8 @@ static enum tw_status add_frames(struct strain_mean *mean, struct means_report *
 			return status;
 		if (done == 1)
 			status = check_first(report, stream->garment, strain_mean_slot(mean), error);
+		if (!status && stream->frame)
+			status = cloth_judge_copies(&guard->cloth, done - 1, stream->frame, error);
 		if (status)
 			return status;
 		strain_mean_add(mean);

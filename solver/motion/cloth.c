@@ -12,16 +12,41 @@ static double square_between(const double *a, const double *b, int axes)
 	return square;
 }
 
-/* Sides shorter than a share of the mean count as that long. */
-static void lift_slivers(float *rest, size_t sides)
+/* What is shorter than this share of the mean edge is not told from nothing. */
+static const double sliver_share = 0.25;
+
+/* Sides shorter than that count as that long. Returns the mean. */
+static double lift_slivers(float *rest, size_t sides)
 {
-	const double share = 0.25;
 	double sum = 0;
 	for (size_t i = 0; i < sides; i++)
 		sum += sqrt((double)rest[i]);
-	double least = share * sum / (double)sides;
+	double least = sliver_share * sum / (double)sides;
 	for (size_t i = 0; i < sides; i++)
 		rest[i] = rest[i] > (float)(least * least) ? rest[i] : (float)(least * least);
+	return sum / (double)sides;
+}
+
+static enum tw_status list_copies(struct cloth *cloth, struct arena *arena, struct tw_error *error)
+{
+	const struct garment *garment = cloth->garment;
+	if (!garment->mesh_vertex)
+		return TW_OK;
+	uint32_t count = 0, vertices = garment_source_count(garment);
+	for (uint32_t v = 0; v < vertices; v++)
+		count += garment_file_vertex(garment, garment_mesh_vertex(garment, v)) != v;
+	uint32_t(*copy)[2] = arena_array(arena, count, sizeof *copy);
+	if (!copy)
+		return tw_fail_memory(error);
+	for (uint32_t v = 0; v < vertices; v++) {
+		uint32_t root = garment_file_vertex(garment, garment_mesh_vertex(garment, v));
+		if (root == v)
+			continue;
+		copy[cloth->copy_count][0] = v;
+		copy[cloth->copy_count++][1] = root;
+	}
+	cloth->copy = (const uint32_t(*)[2])copy;
+	return TW_OK;
 }
 
 enum tw_status cloth_init(struct cloth *cloth, struct arena *arena, const struct garment *garment,
@@ -41,8 +66,8 @@ enum tw_status cloth_init(struct cloth *cloth, struct arena *arena, const struct
 					     garment->pattern + 2 * (size_t)coord[j], 2);
 		rest[i] = (float)(worn > flat ? worn : flat);
 	}
-	lift_slivers(rest, sides);
-	return TW_OK;
+	cloth->mean_mm = lift_slivers(rest, sides);
+	return list_copies(cloth, arena, error);
 }
 
 /* What a frame shows, of the sides of all faces: an edge between two faces counts for each. */
@@ -165,6 +190,36 @@ enum tw_status cloth_judge(struct cloth *cloth, uint32_t frame, const float *pos
 	return TW_OK;
 }
 
+enum tw_status cloth_judge_copies(struct cloth *cloth, uint32_t frame, const float *frame_position,
+				  struct tw_error *error)
+{
+	const double limit = sliver_share * cloth->mean_mm;
+	struct cloth_edge widest = {.frame = frame};
+	for (uint32_t i = 0; i < cloth->copy_count; i++) {
+		const float *a = frame_position + 3 * (size_t)cloth->copy[i][0];
+		const float *b = frame_position + 3 * (size_t)cloth->copy[i][1];
+		double square = 0;
+		for (int axis = 0; axis < 3; axis++)
+			square += ((double)a[axis] - (double)b[axis]) * ((double)a[axis] - (double)b[axis]);
+		if (square > widest.length_mm * widest.length_mm)
+			widest = (struct cloth_edge){frame, {cloth->copy[i][1], cloth->copy[i][0]}, 0, sqrt(square)};
+	}
+	if (widest.length_mm <= limit)
+		return TW_OK;
+	if (widest.length_mm > CLOTH_STRETCH_REFUSED * cloth->mean_mm) {
+		char where[64];
+		snprintf(where, sizeof where, "frame %u, vertices %u and %u", frame, widest.vertex[0],
+			 widest.vertex[1]);
+		return tw_fail(error, TW_ERROR_INPUT, "motion-not-cloth", where,
+			       "in frame %u vertices %u and %u, which are sewn together, lie %.4g mm apart: the "
+			       "simulation exploded, or a vertex went astray; mend the motion and send it again",
+			       frame, widest.vertex[0], widest.vertex[1], widest.length_mm);
+	}
+	cloth->opened++;
+	cloth->widest = widest.length_mm > cloth->widest.length_mm ? widest : cloth->widest;
+	return TW_OK;
+}
+
 void cloth_warn(struct cloth *cloth)
 {
 	char ends[ENDS_BYTES];
@@ -175,6 +230,12 @@ void cloth_warn(struct cloth *cloth)
 			"%s %.3g times. Is the simulation sound?",
 			cloth->stretched, CLOTH_STRETCH_WARNED, cloth->longest.frame,
 			name_ends(cloth, &cloth->longest, ends), cloth->longest.stretch);
+	if (cloth->opened > 0)
+		warning_add(cloth->warnings, "motion-seam-opens", "frame", cloth->widest.frame,
+			    "in %u frames vertices that are sewn together lie apart, in frame %u vertices %u and %u by "
+			    "%.3g mm; the first of them counts. Was the garment simulated unsewn?",
+			    cloth->opened, cloth->widest.frame, cloth->widest.vertex[0], cloth->widest.vertex[1],
+			    cloth->widest.length_mm);
 	if (cloth->crumpled > 0)
 		warning_add_whole(cloth->warnings, "motion-crumpled",
 				  "in %u frames up to %.3g %% of the edges are shorter than half their length on the "

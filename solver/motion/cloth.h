@@ -12,7 +12,9 @@
 #include "solver/garment/garment.h"
 #include "solver/warning.h"
 
-/* Lengths over those of the garment, and shares of all edges that are short. */
+/* Lengths over those of the garment, and shares of all edges that are short. Vertices of the file that were sewn
+ * together must stay so: they may part by a quarter of the mean edge, and never by more than CLOTH_STRETCH_REFUSED of
+ * it. */
 #define CLOTH_STRETCH_WARNED 3.0
 #define CLOTH_STRETCH_REFUSED 6.0
 #define CLOTH_SHORT 0.5
@@ -32,9 +34,14 @@ struct cloth {
 	const struct garment *garment; /* borrowed */
 	const float *rest;             /* [face_count][3] squares of the lengths that count, mm2 */
 	struct warning_list *warnings; /* borrowed */
-	struct cloth_edge longest;     /* of all frames that were judged */
-	uint32_t stretched, crumpled;  /* frames warned of */
-	double short_share;            /* of the edges, the most of all frames */
+	const uint32_t (*copy)[2];     /* [copy_count] vertices of the file that were sewn to another, and that other */
+	uint32_t copy_count;
+	double mean_mm;               /* of the rest's edges */
+	struct cloth_edge widest;     /* of all sewn vertices that parted, in numbers of the file */
+	uint32_t opened;              /* frames in which some did */
+	struct cloth_edge longest;    /* of all frames that were judged */
+	uint32_t stretched, crumpled; /* frames warned of */
+	double short_share;           /* of the edges, the most of all frames */
 };
 
 /* TW_ERROR_MEMORY. */
@@ -47,7 +54,12 @@ enum tw_status cloth_init(struct cloth *cloth, struct arena *arena, const struct
 enum tw_status cloth_judge(struct cloth *cloth, uint32_t frame, const float *position,
 			   struct tw_error *error) TW_NODISCARD;
 
-/* Adds the warnings "motion-stretched" and "motion-crumpled" where frames asked for them. */
+/* The same of the vertices of a frame as the file has it, `frame_position` [garment_source_count][3] mm, that were sewn
+ * together. */
+enum tw_status cloth_judge_copies(struct cloth *cloth, uint32_t frame, const float *frame_position,
+				  struct tw_error *error) TW_NODISCARD;
+
+/* Adds the warnings "motion-stretched", "motion-crumpled" and "motion-seam-opens" where frames asked for them. */
 void cloth_warn(struct cloth *cloth);
 
 #endif

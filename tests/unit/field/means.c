@@ -336,10 +336,61 @@ static void cloth_of_half_its_size_is_warned_of(void **state)
 	motion_free(&motion);
 }
 
+/* Vertices of the file that were sewn to another do not move the garment: they are judged all the same. */
+static void a_sewn_vertex_that_goes_astray_is_named(void **state)
+{
+	(void)state;
+	static const double steps[] = {0, 1.0, 30, 5000};
+	for (size_t s = 0; s < 4; s++) {
+		struct motion motion;
+		struct means_report report;
+		motion_make(&motion);
+		/* the file has one vertex more, a copy of the 137th, which welding took away */
+		struct garment *g = &motion.garment;
+		const uint32_t vertices = g->vertex_count;
+		g->source_count = vertices + 1;
+		g->source_vertex = ARENA_ZEROED(motion.arena, 3 * (size_t)vertices, uint32_t);
+		g->source_share = ARENA_ZEROED(motion.arena, 3 * (size_t)vertices, double);
+		g->mesh_vertex = ARENA_ARRAY(motion.arena, (size_t)vertices + 1, uint32_t);
+		for (uint32_t v = 0; v < vertices; v++) {
+			g->source_vertex[3 * (size_t)v] = g->mesh_vertex[v] = v;
+			g->source_share[3 * (size_t)v] = 1;
+		}
+		g->mesh_vertex[vertices] = 137;
+		size_t floats = 3 * (size_t)vertices;
+		char *sewn = malloc(PC2_HEADER_BYTES + FRAMES * (floats + 3) * sizeof(float));
+		pc2_write_header(sewn, vertices + 1, FRAMES);
+		for (int j = 0; j < FRAMES; j++) {
+			float *to =
+				(float *)(void *)(sewn + PC2_HEADER_BYTES + (size_t)j * (floats + 3) * sizeof(float));
+			memcpy(to, frame_at(&motion, j), floats * sizeof(float));
+			memcpy(to + floats, to + 3 * 137, 3 * sizeof(float));
+			to[floats + 2] += j == 9 ? (float)steps[s] : 0;
+		}
+		free(motion.bytes);
+		motion.bytes = sewn;
+		motion.size = PC2_HEADER_BYTES + FRAMES * (floats + 3) * sizeof(float);
+		enum tw_status status = read_warned(&motion, &report);
+		if (steps[s] == 5000) {
+			assert_int_equal(status, TW_ERROR_INPUT);
+			char where[64];
+			snprintf(where, sizeof where, "frame 9, vertices 137 and %u", vertices);
+			assert_string_equal(motion.error.where, where);
+		} else {
+			assert_int_equal(status, TW_OK);
+			assert_int_equal(report.warnings.count, steps[s] == 30);
+			if (steps[s] == 30)
+				assert_string_equal(report.warnings.warning[0].type, "motion-seam-opens");
+		}
+		motion_free(&motion);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_vertex_that_goes_astray_is_named_with_its_frame),
+		cmocka_unit_test(a_sewn_vertex_that_goes_astray_is_named),
 		cmocka_unit_test(vertices_in_another_order_are_no_cloth),
 		cmocka_unit_test(a_collapsed_frame_is_no_cloth),
 		cmocka_unit_test(an_exploded_frame_is_no_cloth),
