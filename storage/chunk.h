@@ -17,6 +17,13 @@ enum tw_status chunk_seal(struct store *store, int64_t blob, const struct conten
 enum tw_status chunk_write_blob(struct store *store, int64_t resource, struct blob *blob, const void *bytes,
 				struct tw_error *error) TW_NODISCARD;
 
+/* The same for what is large, ahead of the transaction that will give it to a resource: a chunk is a transaction of its
+ * own, so that others can write in between. It belongs to nobody until chunk_adopt; where that never comes, store_sweep
+ * removes it. */
+enum tw_status chunk_stage_blob(struct store *store, struct blob *blob, const void *bytes,
+				struct tw_error *error) TW_NODISCARD;
+enum tw_status chunk_adopt(struct store *store, int64_t resource, int64_t blob, struct tw_error *error) TW_NODISCARD;
+
 /* Begins a statement that lets go of blobs: nobody finds them any more, and store_sweep removes their chunks bit by
  * bit. (Removing a large upload at once would hold the write lock for longer than others wait for it.) */
 #define CHUNK_LET_GO "UPDATE blob SET resource = NULL, upload = NULL, touched_ms = 0"

@@ -192,8 +192,8 @@ static uint32_t version_of(const struct job_ticket *ticket)
 	return resource_kind_row(job_kind_row(ticket->kind)->resource)->version;
 }
 
-/* The fence is checked before anything is written, inside the same transaction. */
-static enum tw_status finish(struct store *store, const struct job_ticket *ticket, const struct job_result *result,
+/* The fence is checked before anything of the resource is written, inside the same transaction. */
+static enum tw_status finish(struct store *store, const struct job_ticket *ticket, const struct result_draft *draft,
 			     struct tw_error *error)
 {
 	struct job_run run;
@@ -204,22 +204,37 @@ static enum tw_status finish(struct store *store, const struct job_ticket *ticke
 	if (status == TW_OK && ticket->resource_id[0])
 		status = row_find_resource(store, ticket->resource_id, &resource, error);
 	if (status == TW_OK && resource)
-		status = result_write(store, resource, version_of(ticket), result, error);
+		status = result_write(store, resource, version_of(ticket), draft, error);
 	if (status != TW_OK)
 		return status;
-	return job_state_end(store, run.number, result->incomplete ? JOB_INCOMPLETE : JOB_SUCCEEDED, NULL, error);
+	return job_state_end(store, run.number, draft->result->incomplete ? JOB_INCOMPLETE : JOB_SUCCEEDED, NULL,
+			     error);
+}
+
+static enum tw_status finish_draft(struct store *store, const struct job_ticket *ticket,
+				   const struct result_draft *draft, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, true, error);
+	if (status != TW_OK)
+		return status;
+	status = finish(store, ticket, draft, error);
+	return transaction_end(store, status, error);
 }
 
 enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, const struct job_result *result,
 			  struct tw_error *error)
 {
+	struct job_run run;
+	struct result_draft draft = {0};
 	enum tw_status status = sql_check_room(store, result_size(result), error);
 	if (status == TW_OK)
-		status = transaction_begin(store, true, error);
-	if (status != TW_OK)
-		return status;
-	status = finish(store, ticket, result, error);
-	return transaction_end(store, status, error);
+		status = job_state_check(store, ticket, &run, error);
+	if (status == TW_OK)
+		status = result_stage(store, result, &draft, error);
+	if (status == TW_OK)
+		status = finish_draft(store, ticket, &draft, error);
+	result_discard(store, &draft);
+	return status;
 }
 
 static enum tw_status fail_one(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,

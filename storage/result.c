@@ -3,6 +3,11 @@
 #include "storage/chunk.h"
 #include "storage/sql.h"
 
+#include <stdlib.h>
+
+/* The write lock is held for some milliseconds a megabyte: a result of 60 MiB kept others from writing for 0.4 s. */
+enum { STAGE_BYTES = 1 << 20 };
+
 /* Too large a number is found where the array is written. */
 uint64_t result_size(const struct job_result *result)
 {
@@ -14,27 +19,98 @@ uint64_t result_size(const struct job_result *result)
 	return size;
 }
 
-static enum tw_status write_array(struct store *store, int64_t resource, const struct tw_array *array,
-				  struct tw_error *error)
+static enum tw_status array_blob(const struct tw_array *array, struct blob *blob, struct tw_error *error)
 {
 	uint64_t row_bytes = (uint64_t)array->columns * tw_type_size(array->type);
-	struct blob blob = {.role = BLOB_ARRAY, .type = array->type, .columns = array->columns, .rows = array->rows};
+	*blob = (struct blob){.role = BLOB_ARRAY, .type = array->type, .columns = array->columns, .rows = array->rows};
 	if (row_bytes && array->rows > INT64_MAX / row_bytes)
 		return tw_fail(error, TW_ERROR_LIMIT, "array-too-large", NULL, "the array %.100s is too large",
 			       array->name);
-	blob.size = array->rows * row_bytes;
-	snprintf(blob.name, sizeof blob.name, "%s", array->name);
-	snprintf(blob.media_type, sizeof blob.media_type, "application/octet-stream");
-	return chunk_write_blob(store, resource, &blob, array->data, error);
+	blob->size = array->rows * row_bytes;
+	snprintf(blob->name, sizeof blob->name, "%s", array->name);
+	snprintf(blob->media_type, sizeof blob->media_type, "application/octet-stream");
+	return TW_OK;
 }
 
-static enum tw_status write_artifact(struct store *store, int64_t resource, const struct job_artifact *artifact,
-				     struct tw_error *error)
+static void artifact_blob(const struct job_artifact *artifact, struct blob *blob)
 {
-	struct blob blob = {.role = BLOB_ARTIFACT, .size = artifact->size};
-	snprintf(blob.name, sizeof blob.name, "%s", artifact->name);
-	snprintf(blob.media_type, sizeof blob.media_type, "%s", artifact->media_type);
-	return chunk_write_blob(store, resource, &blob, artifact->bytes, error);
+	*blob = (struct blob){.role = BLOB_ARTIFACT, .size = artifact->size};
+	snprintf(blob->name, sizeof blob->name, "%s", artifact->name);
+	snprintf(blob->media_type, sizeof blob->media_type, "%s", artifact->media_type);
+}
+
+static size_t blob_count(const struct job_result *result)
+{
+	return result->array_count + result->artifact_count;
+}
+
+/* The i-th of its arrays and artifacts. */
+static enum tw_status take_blob(const struct job_result *result, size_t i, struct blob *blob, const void **bytes,
+				struct tw_error *error)
+{
+	if (i < result->array_count) {
+		*bytes = result->arrays[i].data;
+		return array_blob(&result->arrays[i], blob, error);
+	}
+	const struct job_artifact *artifact = &result->artifacts[i - result->array_count];
+	*bytes = artifact->bytes;
+	artifact_blob(artifact, blob);
+	return TW_OK;
+}
+
+enum tw_status result_stage(struct store *store, const struct job_result *result, struct result_draft *draft,
+			    struct tw_error *error)
+{
+	*draft = (struct result_draft){.result = result};
+	if (result_size(result) <= STAGE_BYTES)
+		return TW_OK;
+	draft->staged = calloc(blob_count(result), sizeof *draft->staged);
+	if (!draft->staged)
+		return tw_fail_memory(error);
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; status == TW_OK && i < blob_count(result); i++) {
+		struct blob blob;
+		const void *bytes = NULL;
+		status = take_blob(result, i, &blob, &bytes, error);
+		if (status == TW_OK)
+			status = chunk_stage_blob(store, &blob, bytes, error);
+		if (status == TW_OK)
+			draft->staged[draft->staged_count++] = blob.number;
+	}
+	return status;
+}
+
+static enum tw_status let_go(struct store *store, const struct result_draft *draft)
+{
+	enum tw_status status = transaction_begin(store, false, NULL);
+	if (status != TW_OK)
+		return status;
+	for (size_t i = 0; status == TW_OK && i < draft->staged_count; i++) {
+		struct sql q = sql_query(store, CHUNK_LET_GO " WHERE number = ? AND resource IS NULL");
+		sql_bind_int(&q, draft->staged[i]);
+		status = sql_run(&q, NULL, NULL);
+	}
+	return transaction_end(store, status, NULL);
+}
+
+/* What cannot be let go of is swept some day. */
+void result_discard(struct store *store, struct result_draft *draft)
+{
+	enum tw_status ignored = draft->staged_count ? let_go(store, draft) : TW_OK;
+	(void)ignored;
+	free(draft->staged);
+	draft->staged = NULL;
+}
+
+static enum tw_status write_blob(struct store *store, int64_t resource, const struct result_draft *draft, size_t i,
+				 struct tw_error *error)
+{
+	struct blob blob;
+	const void *bytes = NULL;
+	if (draft->staged)
+		return chunk_adopt(store, resource, draft->staged[i], error);
+	enum tw_status status = take_blob(draft->result, i, &blob, &bytes, error);
+	return status == TW_OK ? chunk_write_blob(store, resource, &blob, bytes, error) : status;
 }
 
 static enum tw_status write_summary(struct store *store, int64_t resource, uint32_t version, const char *summary,
@@ -70,14 +146,13 @@ static enum tw_status drop_upload(struct store *store, int64_t resource, const c
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct job_result *result,
+enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct result_draft *draft,
 			    struct tw_error *error)
 {
+	const struct job_result *result = draft->result;
 	enum tw_status status = write_summary(store, resource, version, result->summary, error);
-	for (size_t i = 0; status == TW_OK && i < result->array_count; i++)
-		status = write_array(store, resource, &result->arrays[i], error);
-	for (size_t i = 0; status == TW_OK && i < result->artifact_count; i++)
-		status = write_artifact(store, resource, &result->artifacts[i], error);
+	for (size_t i = 0; status == TW_OK && i < blob_count(result); i++)
+		status = write_blob(store, resource, draft, i, error);
 	if (status == TW_OK && result->dropped_part)
 		status = drop_upload(store, resource, result->dropped_part, error);
 	if (status == TW_OK && result->upload)

@@ -27,8 +27,25 @@ struct job_result {
 /* Bytes that its arrays and artifacts take. */
 uint64_t result_size(const struct job_result *result);
 
-/* Internal to this folder: writes it, inside the caller's transaction. `version` is that of the computation. */
-enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct job_result *result,
+/* --- internal to this folder ------------------------------------------------------------------------------------- */
+
+/* A result on its way into the store. What is large is written ahead, in transactions of its own, so that nobody has to
+ * wait for all of it; what is small with the rest. */
+struct result_draft {
+	const struct job_result *result; /* borrowed */
+	int64_t *staged; /* owned; numbers of the blobs that were written ahead, arrays first; NULL: none */
+	size_t staged_count;
+};
+
+/* Outside a transaction. result_discard, whatever comes of it. */
+enum tw_status result_stage(struct store *store, const struct job_result *result, struct result_draft *draft,
 			    struct tw_error *error) TW_NODISCARD;
+
+/* Within the transaction that ends the job. `version` is that of the computation. */
+enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct result_draft *draft,
+			    struct tw_error *error) TW_NODISCARD;
+
+/* Frees the draft, outside a transaction; what was written ahead and is nobody's is let go of. */
+void result_discard(struct store *store, struct result_draft *draft);
 
 #endif

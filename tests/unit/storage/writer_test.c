@@ -172,6 +172,95 @@ static void a_read_never_waits_for_a_write(void **state)
 	pthread_join(holder.thread, NULL);
 }
 
+/* --- large results ---------------------------------------------------------------------------------------------- */
+
+enum { LARGE_BYTES = 48 << 20 };
+
+struct beater {
+	struct fixture *f;
+	pthread_t thread;
+	atomic_bool stop;
+	int count;
+	int64_t longest_ms;
+};
+
+/* Writes all the time, and notes how long it had to wait. */
+static void *keep_writing(void *context)
+{
+	struct beater *beater = context;
+	struct store *store = NULL;
+	if (store_open(&store, beater->f->url, NULL) != TW_OK)
+		return NULL;
+	while (!atomic_load(&beater->stop)) {
+		int64_t start = monotonic_ms();
+		if (transaction_begin(store, false, NULL) != TW_OK)
+			break;
+		enum tw_status ended = transaction_end(store, TW_OK, NULL);
+		int64_t took_ms = monotonic_ms() - start;
+		beater->count += ended == TW_OK;
+		beater->longest_ms = took_ms > beater->longest_ms ? took_ms : beater->longest_ms;
+	}
+	store_close(store);
+	return NULL;
+}
+
+static void others_write_while_a_large_result_is_stored(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	char *bytes = malloc(LARGE_BYTES), *back = malloc(LARGE_BYTES);
+	for (size_t i = 0; i < LARGE_BYTES; i++)
+		bytes[i] = (char)(i * 2654435761u >> 13);
+	struct tw_array array = {"large", TW_U8, 1, LARGE_BYTES / 2, bytes};
+	struct job_artifact artifact = {"large.bin", "application/octet-stream", bytes + LARGE_BYTES / 2,
+					LARGE_BYTES / 2};
+	struct job_result result = {
+		.summary = "{}", .arrays = &array, .array_count = 1, .artifacts = &artifact, .artifact_count = 1};
+	struct beater beater = {.f = f};
+	struct blob blob;
+	size_t got = 0;
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	struct job_ticket ticket = fixture_claim(f);
+	assert_int_equal(pthread_create(&beater.thread, NULL, keep_writing, &beater), 0);
+	int64_t start = monotonic_ms();
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	int64_t took_ms = monotonic_ms() - start;
+	atomic_store(&beater.stop, true);
+	pthread_join(beater.thread, NULL);
+	/* 48 chunks, and others in between most of them. */
+	assert_true(beater.count >= 24);
+	assert_true(beater.longest_ms < took_ms);
+	ok(f, blob_find(f->store, id, BLOB_ARRAY, "large", &blob, &f->error));
+	ok(f, blob_read(f->store, blob.number, 0, back, LARGE_BYTES / 2, &got, &f->error));
+	assert_memory_equal(back, bytes, LARGE_BYTES / 2);
+	ok(f, blob_find(f->store, id, BLOB_ARTIFACT, "large.bin", &blob, &f->error));
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob WHERE resource IS NULL"), 0);
+	free(bytes);
+	free(back);
+}
+
+static void a_large_result_that_nobody_wants_leaves_nothing(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	char *bytes = calloc(1, 3 << 20);
+	enum job_state after;
+	struct job_artifact artifact = {"large.bin", "application/octet-stream", bytes, 3 << 20};
+	struct job_result result = {.summary = "{}", .artifacts = &artifact, .artifact_count = 1};
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	struct job_ticket ticket = fixture_claim(f);
+	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_CANCELLED);
+	fixture_sweep(f, 3600 * 1000);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk_hash"), 0);
+	refused(f, job_finish(f->store, &ticket, &result, &f->error), TW_ERROR_CONFLICT, "lease-lost");
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 0);
+	free(bytes);
+}
+
 /* --- processes -------------------------------------------------------------------------------------------------- */
 
 /* Enters as often as it can, and counts in shared memory. */
@@ -308,6 +397,8 @@ int main(void)
 		TEST(many_threads_share_commits_and_a_failing_one_is_rolled_back_alone),
 		TEST(who_comes_first_is_served_first),
 		TEST(a_read_never_waits_for_a_write),
+		TEST(others_write_while_a_large_result_is_stored),
+		TEST(a_large_result_that_nobody_wants_leaves_nothing),
 		TEST(nothing_is_written_into_a_store_that_was_deleted_or_replaced),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
