@@ -150,10 +150,10 @@ static enum tw_status write_arrays(const struct session *session, json_t *list, 
 	const struct garment_files *files = &session->files;
 	struct tw_array arrays[FIELD_ARRAYS];
 	enum tw_status status = file_make_folder(session->settings.out, error);
-	field_to_arrays(&files->field, arrays);
+	const size_t count = field_to_arrays(&files->field, arrays);
 	if (!status)
 		status = write_mesh_arrays(session, list, error);
-	for (int i = 0; i < FIELD_ARRAYS && !status; i++)
+	for (size_t i = 0; i < count && !status; i++)
 		if (strcmp(arrays[i].name, "scale") != 0) /* a single number stands in the JSON */
 			status = write_array(session, &arrays[i], list, error);
 	if (!status && session->settings.means)

@@ -248,6 +248,9 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 	progress_show("weights of %u edges", files->topology.edge_count);
 	enum tw_status status = field_compute(&files->field, arena, &files->garment, &files->topology, files->mean,
 					      files->motion_count, &files->field_options, threads, error);
+	if (!status)
+		status = field_weigh_chords(&files->field, arena, &files->garment, &files->topology, NULL, threads,
+					    NULL, error);
 	files->seconds_field = garment_files_clock() - computed;
 	return status;
 }

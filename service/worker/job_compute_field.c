@@ -76,7 +76,13 @@ static json_t *show_field(const struct field *field, const struct field_options 
 static int show_weighing(void *context, double share)
 {
 	struct tw_error stopped;
-	return work_step(context, 0.5 + 0.5 * share, "weights", &stopped) != TW_OK;
+	return work_step(context, 0.5 + 0.2 * share, "weights", &stopped) != TW_OK;
+}
+
+static int show_chords(void *context, double share)
+{
+	struct tw_error stopped;
+	return work_step(context, 0.7 + 0.3 * share, "chords", &stopped) != TW_OK;
 }
 
 static enum tw_status compute(struct work *work, const struct cached_mesh *mesh, const struct field_options *options,
@@ -88,9 +94,13 @@ static enum tw_status compute(struct work *work, const struct cached_mesh *mesh,
 	enum tw_status status = find_worst(work, mesh, options, density, motion_count, error);
 	if (status != TW_OK)
 		return status;
-	const struct field_watch watch = {show_weighing, work};
-	return field_weigh_watched(field, work->arena, &mesh->garment, &mesh->topology, density, options, NULL,
-				   work->threads, &watch, error);
+	const struct field_watch watch = {show_weighing, work}, chord_watch = {show_chords, work};
+	status = field_weigh_watched(field, work->arena, &mesh->garment, &mesh->topology, density, options, NULL,
+				     work->threads, &watch, error);
+	if (status == TW_OK)
+		status = field_weigh_chords(field, work->arena, &mesh->garment, &mesh->topology, NULL, work->threads,
+					    &chord_watch, error);
+	return status;
 }
 
 enum tw_status job_compute_field(struct work *work, struct tw_error *error)
@@ -114,8 +124,7 @@ enum tw_status job_compute_field(struct work *work, struct tw_error *error)
 	status = compute(work, mesh, &options, field, &motion_count, error);
 	if (status != TW_OK)
 		return status;
-	field_to_arrays(field, arrays);
+	work->result.array_count = field_to_arrays(field, arrays);
 	work->result.arrays = arrays;
-	work->result.array_count = FIELD_ARRAYS;
 	return work_summary(work, show_field(field, &options, motion_count), error);
 }

@@ -13,7 +13,7 @@
 
 enum {
 	SMALLEST_BITS = 20, /* the smallest positive cost becomes at least 2^20 units */
-	TOTAL_BITS = 60,    /* all weights together stay below 2^60 units */
+	TOTAL_BITS = 59, /* the edges' weights together stay below 2^59 units; chords have some three times as many */
 	EDGES_A_PART = 512,
 };
 
@@ -24,10 +24,12 @@ struct weighing {
 	const struct field_options *options;
 	const struct field_constraints *constraints; /* may be NULL */
 	const uint32_t *edge_order;                  /* the edges one after the other; NULL: as they are numbered */
+	const struct strip_fabric *fabric;           /* under the walkers */
 	struct strip_walker *walker[PARALLEL_THREADS];
 	struct strip_walker *keep_out_walker[PARALLEL_THREADS]; /* integrate 1 over keep-outs; NULL without them */
 	double seam_price;                                      /* MPa mm2 */
 	const uint8_t *seam_vertex;                             /* [vertex_count]; NULL without a price */
+	bool chords;                                            /* weigh the chords across the edges instead */
 	double *cost;                                           /* [edge_count]; INFINITY where forbidden */
 	float *coverage;                                        /* [edge_count] */
 	const struct field_watch *watch;                        /* may be NULL */
@@ -52,12 +54,10 @@ static double rest_length(const struct weighing *w, uint32_t edge)
 							 : length;
 }
 
-static double seam_cost(const struct weighing *w, uint32_t edge)
+/* Half a price for each of the two ends that lies on a seam. */
+static double seam_cost(const struct weighing *w, const uint32_t *end)
 {
-	if (!w->seam_vertex)
-		return 0;
-	const uint32_t *end = w->topology->edge_vertex + 2 * (size_t)edge;
-	return 0.5 * w->seam_price * (w->seam_vertex[end[0]] + w->seam_vertex[end[1]]);
+	return w->seam_vertex ? 0.5 * w->seam_price * (w->seam_vertex[end[0]] + w->seam_vertex[end[1]]) : 0;
 }
 
 static bool is_forbidden(const struct weighing *w, unsigned thread, uint32_t edge, const struct strip *strip)
@@ -84,8 +84,29 @@ static double edge_cost(const struct weighing *w, unsigned thread, uint32_t edge
 	case FIELD_LENGTH:
 		return rest_length(w, edge);
 	default:
-		return strip_cost(strip, w->options->overhang) + seam_cost(w, edge);
+		return strip_cost(strip, w->options->overhang) +
+		       seam_cost(w, w->topology->edge_vertex + 2 * (size_t)edge);
 	}
+}
+
+/* A chord across a seam crosses it as a wire does that goes through one of its vertices. */
+static double chord_cost(const struct weighing *w, unsigned thread, uint32_t edge, struct strip *strip)
+{
+	const struct field_options *options = w->options;
+	struct strip_chord chord;
+	if (!strip_chord(w->walker[thread], edge, options->strip_width_mm, strip))
+		return INFINITY;
+	if (options->overhang == FIELD_OVERHANG_FORBID && 1 - strip_coverage(strip) > options->overhang_share)
+		return INFINITY;
+	struct strip kept_out = {0};
+	if (w->keep_out_walker[thread])
+		strip_chord(w->keep_out_walker[thread], edge, options->strip_width_mm, &kept_out);
+	if (strip_touches(&kept_out))
+		return INFINITY;
+	double cost = strip_cost(strip, options->overhang);
+	if (w->seam_vertex && strip_find_chord(w->fabric, edge, &chord))
+		cost += seam_cost(w, chord.vertex);
+	return w->seam_vertex && w->topology->edge_kind[edge] == EDGE_SEAM ? cost + w->seam_price : cost;
 }
 
 static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t end)
@@ -96,9 +117,13 @@ static void weigh_edges(void *context, unsigned thread, uint32_t first, uint32_t
 	for (uint32_t i = first; i < end; i++) {
 		struct strip strip;
 		uint32_t e = w->edge_order ? w->edge_order[i] : i;
-		strip_edge(w->walker[thread], e, w->options->strip_width_mm, &strip);
+		if (w->chords) {
+			w->cost[e] = chord_cost(w, thread, e, &strip);
+		} else {
+			strip_edge(w->walker[thread], e, w->options->strip_width_mm, &strip);
+			w->cost[e] = edge_cost(w, thread, e, &strip);
+		}
 		w->coverage[e] = (float)strip_coverage(&strip);
-		w->cost[e] = edge_cost(w, thread, e, &strip);
 	}
 	uint32_t weighed = atomic_fetch_add(&w->weighed, end - first) + end - first;
 	if (thread == 0 && w->watch && w->watch->progress(w->watch->context, (double)weighed / w->topology->edge_count))
@@ -248,6 +273,7 @@ static enum tw_status weigh(struct weighing *w, struct arena *arena, const struc
 	w->edge_order = status ? NULL : local.edge_order;
 	if (!status)
 		status = build_fabric(&fabric, arena, &local, value, error);
+	w->fabric = &fabric;
 	if (!status)
 		status = new_walkers(w->walker, arena, &fabric, threads, error);
 	if (!status)
@@ -301,6 +327,38 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 			weight[e] = field_round(field, w.cost[e]);
 	}
 	arena_release(arena, mark);
+	return status;
+}
+
+enum tw_status field_weigh_chords(struct field *field, struct arena *arena, const struct garment *garment,
+				  const struct topology *topology, const struct field_constraints *constraints,
+				  unsigned threads, const struct field_watch *watch, struct tw_error *error)
+{
+	if (field->options.weight != FIELD_DEFORMATION)
+		return TW_OK;
+	uint64_t *weight = ARENA_ARRAY(arena, field->edge_count, uint64_t);
+	float *coverage = ARENA_ARRAY(arena, field->edge_count, float);
+	struct arena_mark mark = arena_mark(arena);
+	struct weighing w = {
+		.garment = garment,
+		.topology = topology,
+		.options = &field->options,
+		.constraints = constraints,
+		.chords = true,
+		.cost = ARENA_ARRAY(arena, field->edge_count, double),
+		.coverage = coverage,
+		.watch = watch,
+	};
+	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
+	enum tw_status status =
+		weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
+	if (!status)
+		status = check_costs(w.cost, field->edge_count, error);
+	for (uint32_t e = 0; !status && e < field->edge_count; e++)
+		weight[e] = field_round(field, w.cost[e]);
+	arena_release(arena, mark);
+	field->chord_weight = weight;
+	field->chord_coverage = coverage;
 	return status;
 }
 

@@ -3,9 +3,9 @@
  *     density(f) = max over motions of the mean density over frames        weight(e) = strip integral of density + eta
  *
  * Weights are unsigned integers, weight = round(cost * scale), so that "optimal" is exact and the same everywhere. The
- * scale is a power of two for which the smallest positive cost becomes at least 2^20 units: rounding changes a tree's
- * weight by less than 2^-21 (5e-7) of it. All weights together stay below 2^60; a field whose costs span more than
- * that leaves room for (beyond 2^40 to 1 over a million edges) keeps the largest scale that does. */
+ * scale is a power of two for which the smallest positive cost of an edge becomes at least 2^20 units: rounding changes
+ * a tree's weight by less than 2^-21 (5e-7) of it. The weights of edges together stay below 2^59; a field whose costs
+ * span more than that leaves room for (beyond 2^40 to 1 over a million edges) keeps the largest scale that does. */
 #ifndef SOLVER_FIELD_FIELD_H
 #define SOLVER_FIELD_FIELD_H
 
@@ -23,6 +23,10 @@ struct field {
 	const double *density;        /* [face_count] MPa, without eta */
 	const uint64_t *weight;       /* [edge_count]; FIELD_FORBIDDEN */
 	const float *coverage;        /* [edge_count] share of the strip that fabric covers, 0…1 */
+	/* The flip chord across each edge (strip.h): its weight, FIELD_FORBIDDEN where there is none or no wire may use
+	 * it, and its coverage. NULL where chords are not weighed, or not by deformation. */
+	const uint64_t *chord_weight; /* [edge_count] */
+	const float *chord_coverage;  /* [edge_count] */
 };
 
 /* What a request asks beyond the field; NULL for nothing. Arrays that are NULL do not take part. */
@@ -62,6 +66,13 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 				   unsigned threads, const struct field_watch *watch,
 				   struct tw_error *error) TW_NODISCARD;
 
+/* Weighs the chords of a field that is weighed, in its scale, under the same constraints. Does nothing where weights
+ * are no deformation: baselines stay on the mesh's edges. */
+enum tw_status field_weigh_chords(struct field *field, struct arena *arena, const struct garment *garment,
+				  const struct topology *topology, const struct field_constraints *constraints,
+				  unsigned threads, const struct field_watch *watch,
+				  struct tw_error *error) TW_NODISCARD;
+
 /* value[f] = (density[f] + eta) * multiplier[f], what strips integrate (strip.h) to give the field's own costs. */
 void field_value(const struct field *field, const struct field_constraints *constraints, double *value);
 
@@ -74,11 +85,13 @@ uint64_t field_round(const struct field *field, double cost);
 /* Adds the warning "field-without-motions" where no density is positive: costs are eta and length alone. */
 void field_warn_of_no_motion(const struct field *field, struct warning_list *warnings);
 
-/* A field as named arrays; see struct tw_array. Borrowed from the field. The options travel beside them, as JSON. */
-enum { FIELD_ARRAYS = 4 };
-void field_to_arrays(const struct field *field, struct tw_array arrays[FIELD_ARRAYS]);
+/* A field as named arrays; see struct tw_array. Borrowed from the field. The options travel beside them, as JSON.
+ * Returns how many: those of chords only where it has them. */
+enum { FIELD_ARRAYS = 6 };
+size_t field_to_arrays(const struct field *field, struct tw_array arrays[FIELD_ARRAYS]);
 
-/* The inverse; borrows the arrays' data. Checks shapes and values against the garment: a damaged store is an error. */
+/* The inverse; a field without arrays of chords is one without chords; borrows the arrays' data. Checks shapes and
+ * values against the garment: a damaged store is an error. */
 enum tw_status field_from_arrays(struct field *field, const struct garment *garment, const struct topology *topology,
 				 const struct tw_array *arrays, size_t count, const struct field_options *options,
 				 struct tw_error *error) TW_NODISCARD;

@@ -24,6 +24,7 @@ static void renumber(struct local *local, const struct garment *garment, const s
 		for (size_t k = 0; k < 3; k++) {
 			uint32_t edge = topology->face_edge[3 * face + k];
 			local->garment.face_coord[3 * i + k] = garment->face_coord[3 * face + k];
+			local->garment.face_vertex[3 * i + k] = garment->face_vertex[3 * face + k];
 			if (topology->edge_face[2 * (size_t)edge] == face)
 				edge_order[edges++] = edge;
 		}
@@ -53,8 +54,10 @@ enum tw_status local_build(struct local *local, struct arena *arena, const struc
 	uint32_t *place = ARENA_ARRAY(arena, faces, uint32_t);
 	uint32_t *edge_order = ARENA_ARRAY(arena, topology->edge_count, uint32_t);
 	local->garment.face_coord = ARENA_ARRAY(arena, 3 * (size_t)faces, uint32_t);
+	local->garment.face_vertex = ARENA_ARRAY(arena, 3 * (size_t)faces, uint32_t);
 	local->topology.edge_face = ARENA_ARRAY(arena, 2 * (size_t)topology->edge_count, uint32_t);
-	if (!place || !edge_order || !local->garment.face_coord || !local->topology.edge_face)
+	if (!place || !edge_order || !local->garment.face_coord || !local->garment.face_vertex ||
+	    !local->topology.edge_face)
 		return tw_fail_memory(error);
 	renumber(local, garment, topology, order, place, edge_order);
 	return TW_OK;

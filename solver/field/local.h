@@ -7,8 +7,8 @@
 #include "solver/garment/garment.h"
 
 /* `garment` and `topology` have the renumbered faces, but the vertices and edges of the original, and each edge its
- * faces in the original's order: the same strips, to the last bit. Of the garment's arrays only those of the pattern
- * are to be used, of the topology's only those of the edges. */
+ * faces in the original's order: the same strips, to the last bit. Of the garment's arrays only the corners'
+ * and the positions on the pattern are to be used, of the topology's only those of the edges. */
 struct local {
 	struct garment garment;
 	struct topology topology;

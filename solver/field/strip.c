@@ -6,6 +6,7 @@
  * to be cleared between strips. */
 #include "solver/field/strip.h"
 
+#include "solver/field/chord.h"
 #include "solver/field/clip.h"
 #include "solver/field/clones.h"
 #include "solver/garment/first_corner.h"
@@ -390,6 +391,94 @@ void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, str
 	if (topology->edge_kind[edge] == EDGE_HEM)
 		strip->area_mm2 *= 2;
 	count_once(strip);
+}
+
+/* The unfolded pair of an edge's faces in the plane of the first, which is the one whose opposite corner lies lower on
+ * the pattern, whatever the numbers of the faces. */
+struct pair {
+	uint32_t face[2];
+	struct side edge;      /* of the first face */
+	double opposite[2][2]; /* the corners that are not on the edge */
+	uint32_t corner[2];    /* which corners of the faces they are */
+};
+
+static void corner_at(const struct strip_face *face, uint32_t corner, double at[2])
+{
+	at[0] = face->uv[corner];
+	at[1] = face->uv[3 + corner];
+}
+
+static bool lay_pair(const struct strip_fabric *fabric, uint32_t edge, struct pair *pair)
+{
+	const uint32_t *face = fabric->topology->edge_face + 2 * (size_t)edge;
+	const uint8_t *side = fabric->topology->edge_side + 2 * (size_t)edge;
+	if (face[1] == GARMENT_NONE || face[0] == face[1])
+		return false;
+	uint32_t own[2];
+	double at[2][2];
+	for (uint32_t i = 0; i < 2; i++) {
+		own[i] = own_side(&fabric->face[face[i]], side[i]);
+		corner_at(&fabric->face[face[i]], (own[i] + 2) % 3, at[i]);
+	}
+	const uint32_t first = at[1][0] < at[0][0] || (at[1][0] == at[0][0] && at[1][1] < at[0][1]), other = 1 - first;
+	*pair = (struct pair){
+		.face = {face[first], face[other]},
+		.edge = face_side(&fabric->face[face[first]], own[first]),
+		.corner = {(own[first] + 2) % 3, (own[other] + 2) % 3},
+	};
+	memcpy(pair->opposite[0], at[first], sizeof at[first]);
+	memcpy(pair->opposite[1], at[other], sizeof at[other]);
+	if (fabric->topology->edge_kind[edge] == EDGE_INNER)
+		return true;
+	const struct side *here = &pair->edge, there = face_side(&fabric->face[face[other]], own[other]);
+	const struct placement laid = place_across(&there, here->a[0], here->a[1], here->b[0], here->b[1]);
+	const double u = at[other][0], v = at[other][1];
+	pair->opposite[1][0] = laid.c * u - laid.s * v + laid.x;
+	pair->opposite[1][1] = laid.s * u + laid.c * v + laid.y;
+	return true;
+}
+
+/* The garment's vertex at a corner of a face as it is numbered here. */
+static uint32_t vertex_at(const struct strip_fabric *fabric, uint32_t face, uint32_t corner)
+{
+	uint32_t first = fabric->face[face].link >> LINK_FIRST;
+	return fabric->garment->face_vertex[3 * (size_t)face + (corner + first) % 3];
+}
+
+static bool find_chord(const struct strip_fabric *fabric, uint32_t edge, struct pair *pair, double *share)
+{
+	return lay_pair(fabric, edge, pair) &&
+	       vertex_at(fabric, pair->face[0], pair->corner[0]) != vertex_at(fabric, pair->face[1], pair->corner[1]) &&
+	       chord_crosses(pair->edge.a, pair->edge.b, pair->opposite[0], pair->opposite[1], share);
+}
+
+bool strip_find_chord(const struct strip_fabric *fabric, uint32_t edge, struct strip_chord *chord)
+{
+	struct pair pair;
+	double share;
+	if (!find_chord(fabric, edge, &pair, &share))
+		return false;
+	const uint32_t begin = vertex_at(fabric, pair.face[0], (pair.corner[0] + 1) % 3);
+	const double dx = pair.opposite[1][0] - pair.opposite[0][0], dy = pair.opposite[1][1] - pair.opposite[0][1];
+	*chord = (struct strip_chord){
+		.face = {pair.face[0], pair.face[1]},
+		.along = begin == fabric->topology->edge_vertex[2 * (size_t)edge] ? share : 1 - share,
+		.length_mm = sqrt(dx * dx + dy * dy),
+	};
+	for (uint32_t i = 0; i < 2; i++)
+		chord->vertex[i] = vertex_at(fabric, pair.face[i], pair.corner[i]);
+	return true;
+}
+
+bool strip_chord(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip)
+{
+	struct pair pair;
+	double share;
+	*strip = (struct strip){0};
+	if (!find_chord(walker->fabric, edge, &pair, &share))
+		return false;
+	strip_segment(walker, pair.face[0], pair.opposite[0], pair.opposite[1], width_mm, strip);
+	return true;
 }
 
 void strip_add(struct strip *sum, const struct strip *part)

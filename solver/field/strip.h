@@ -59,6 +59,21 @@ void strip_segment(struct strip_walker *walker, uint32_t face, const double a[2]
  * whose outer half is missing. */
 void strip_edge(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip);
 
+/* A flip chord (chord.h), found across an edge. */
+struct strip_chord {
+	uint32_t vertex[2]; /* it joins, from the face that it is laid from on */
+	uint32_t face[2];
+	double along; /* where it crosses the edge, as a share from edge_vertex[0] on */
+	double length_mm;
+};
+
+/* Finds the chord across an edge; false where there is none: at a hem, where the pair of faces is not convex, or where
+ * both faces have the same opposite vertex. `fabric` alone is read. */
+bool strip_find_chord(const struct strip_fabric *fabric, uint32_t edge, struct strip_chord *chord);
+
+/* Its strip; false where there is no chord. */
+bool strip_chord(struct strip_walker *walker, uint32_t edge, double width_mm, struct strip *strip);
+
 /* The sum of two accounts, of the parts of a curve, say. */
 void strip_add(struct strip *sum, const struct strip *part);
 

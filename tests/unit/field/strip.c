@@ -112,6 +112,76 @@ static void every_strip_of_a_sewn_sheet_matches_geos(void **state)
 	}
 }
 
+/* Left of a-b, on it, or right of it. */
+static double turn(const double *a, const double *b, const double *c)
+{
+	return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+/* The chord across every edge of a sheet whose worn shape is one plane: the line between the corners that lie opposite
+ * each other, where the two faces make a convex quadrilateral. */
+static void expect_chords(struct cloth *cloth, double width)
+{
+	const struct garment *g = &cloth->garment;
+	double(*corner)[3][2] = malloc(g->face_count * sizeof *corner);
+	assert_non_null(corner);
+	for (size_t f = 0; f < g->face_count; f++)
+		for (size_t k = 0; k < 3; k++)
+			for (size_t d = 0; d < 2; d++)
+				corner[f][k][d] = g->position[3 * (size_t)g->face_vertex[3 * f + k] + d];
+	uint32_t chords = 0, across_seam = 0, none = 0;
+	for (uint32_t e = 0; e < cloth->topology.edge_count; e++) {
+		const uint32_t *face = cloth->topology.edge_face + 2 * (size_t)e;
+		const uint32_t *end = cloth->topology.edge_vertex + 2 * (size_t)e;
+		const double *p = g->position + 3 * (size_t)end[0], *q = g->position + 3 * (size_t)end[1], *o[2];
+		struct strip strip;
+		struct strip_chord chord;
+		bool found = strip_chord(cloth->walker, e, width, &strip);
+		assert_int_equal(found, strip_find_chord(&cloth->fabric, e, &chord));
+		if (face[1] == GARMENT_NONE) {
+			assert_false(found);
+			continue;
+		}
+		for (int i = 0; i < 2; i++) {
+			uint32_t side = cloth->topology.edge_side[2 * (size_t)e + (size_t)i];
+			o[i] = g->position + 3 * (size_t)g->face_vertex[3 * (size_t)face[i] + (side + 2) % 3];
+		}
+		bool convex = turn(o[0], o[1], p) * turn(o[0], o[1], q) < 0;
+		assert_int_equal(found, convex);
+		none += !convex;
+		if (!convex)
+			continue;
+		GEOSGeometry *rectangle = geos_rectangle(o[0], o[1], -width / 2, width / 2);
+		struct geos_strip want =
+			plane_strip((const double(*)[3][2])corner, cloth->value, g->face_count, rectangle);
+		GEOSGeom_destroy(rectangle);
+		expect_strip(&strip, &want);
+		assert_close(chord.length_mm, hypot(o[0][0] - o[1][0], o[0][1] - o[1][1]), 1e-12);
+		double x = p[0] + chord.along * (q[0] - p[0]), y = p[1] + chord.along * (q[1] - p[1]);
+		assert_true(fabs(turn(o[0], o[1], (double[]){x, y})) < 1e-9 * chord.length_mm);
+		for (int i = 0; i < 2; i++)
+			assert_true(g->position + 3 * (size_t)chord.vertex[i] == o[0] ||
+				    g->position + 3 * (size_t)chord.vertex[i] == o[1]);
+		chords++;
+		across_seam += cloth->topology.edge_kind[e] == EDGE_SEAM;
+	}
+	assert_true(chords > 100 && none > 0);
+	assert_int_equal(across_seam > 0, g->piece_count > 1);
+	free(corner);
+}
+
+static void every_chord_of_a_sheet_matches_geos(void **state)
+{
+	(void)state;
+	for (uint32_t seam = 0; seam < 5; seam += 4) {
+		struct cloth cloth;
+		cloth_sheet(&cloth, 14, 12, 0.33, seam);
+		expect_chords(&cloth, 15);
+		expect_chords(&cloth, 4);
+		arena_free(cloth.arena);
+	}
+}
+
 static void a_regular_grid_whose_edges_lie_on_strip_borders_matches_geos(void **state)
 {
 	(void)state;
@@ -399,6 +469,9 @@ static void other_numbers_of_faces_change_no_strip(void **state)
 			strip_edge(other.walker, other.topology.face_edge[3 * to + (k + f) % 3], 21, &b);
 			assert_true(a.cost == b.cost && a.covered_mm2 == b.covered_mm2 && a.area_mm2 == b.area_mm2);
 			assert_true(a.largest == b.largest && a.face_count == b.face_count);
+			strip_chord(cloth.walker, cloth.topology.face_edge[3 * (size_t)f + k], 21, &a);
+			strip_chord(other.walker, other.topology.face_edge[3 * to + (k + f) % 3], 21, &b);
+			assert_true(a.cost == b.cost && a.covered_mm2 == b.covered_mm2 && a.area_mm2 == b.area_mm2);
 		}
 	arena_free(cloth.arena);
 	arena_free(other.arena);
@@ -516,6 +589,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(every_strip_of_a_sheet_matches_geos),
 		cmocka_unit_test(every_strip_of_a_sewn_sheet_matches_geos),
+		cmocka_unit_test(every_chord_of_a_sheet_matches_geos),
 		cmocka_unit_test(a_regular_grid_whose_edges_lie_on_strip_borders_matches_geos),
 		cmocka_unit_test(a_strip_across_a_seam_is_the_strip_of_the_uncut_fabric),
 		cmocka_unit_test(a_tube_sewn_to_itself_matches_geos),
