@@ -20,8 +20,7 @@ struct balance {
 	struct arena *arena;
 	const struct ground *ground;
 	const struct site_set *sites;
-	const struct network *bare; /* weighed with eta = 0 */
-	double bare_scale;
+	const struct pricing *bare; /* weighed with eta = 0 */
 	void (*progress)(void *context, double share);
 	void *context;
 	int searches_done;
@@ -35,9 +34,12 @@ struct outcome {
 };
 
 /* Of an edge on a seam the mean of its two sides. */
-static double edge_length(const struct network *network, uint32_t edge)
+static double edge_length(const struct pricing *pricing, uint32_t edge)
 {
+	const struct network *network = &pricing->network;
 	struct laid_edge laid[2];
+	if (edge >= network->graph.edge_count)
+		return pricing->chords.length_mm[edge - network->graph.edge_count];
 	uint32_t sides = network_lay(network, edge, network->graph.ends[2 * (size_t)edge], laid);
 	double sum = 0;
 	for (uint32_t i = 0; i < sides; i++)
@@ -69,10 +71,10 @@ static void measure(const struct balance *balance, const struct steiner_tree *tr
 	*outcome = (struct outcome){0};
 	for (uint32_t i = 0; i < tree->edge_count; i++) {
 		uint32_t e = tree->edges[i];
-		double bare = (double)balance->bare->graph.weight[e] / balance->bare_scale;
+		double bare = (double)balance->bare->graph->weight[e] / balance->bare->field->scale;
 		outcome->length += edge_length(balance->bare, e);
 		outcome->energy += bare;
-		outcome->area += (double)unit->network.graph.weight[e] / unit->field->scale - bare;
+		outcome->area += (double)unit->graph->weight[e] / unit->field->scale - bare;
 	}
 }
 
@@ -81,11 +83,11 @@ static enum tw_status find_shortest(struct balance *balance, const struct pricin
 				    struct tw_error *error)
 {
 	struct arena_mark mark = arena_mark(balance->arena);
-	struct graph graph = unit->network.graph;
+	struct graph graph = *unit->graph;
 	struct steiner_tree tree;
 	uint64_t *weight = ARENA_ARRAY(balance->arena, graph.edge_count, uint64_t);
 	for (uint32_t e = 0; weight && e < graph.edge_count; e++)
-		weight[e] = (uint64_t)(edge_length(&unit->network, e) * 1024 + 0.5);
+		weight[e] = (uint64_t)(edge_length(unit, e) * 1024 + 0.5);
 	graph.weight = weight;
 	enum tw_status status = weight ? search(balance, unit, &graph, &tree, error) : tw_fail_memory(error);
 	if (!status)
@@ -102,7 +104,7 @@ static enum tw_status find_best(struct balance *balance, double eta, const struc
 	struct steiner_tree tree;
 	enum tw_status status = pricing_build(&pricing, balance->arena, balance->ground, balance->sites, eta, error);
 	if (!status)
-		status = search(balance, &pricing, &pricing.network.graph, &tree, error);
+		status = search(balance, &pricing, pricing.graph, &tree, error);
 	if (!status)
 		measure(balance, &tree, unit, outcome);
 	arena_release(balance->arena, mark);
@@ -173,8 +175,7 @@ enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struc
 	struct balance balance = {.arena = arena,
 				  .ground = ground,
 				  .sites = sites,
-				  .bare = &bare.network,
-				  .bare_scale = status ? 1 : bare.field->scale,
+				  .bare = &bare,
 				  .progress = progress,
 				  .context = context};
 	if (!status)

@@ -5,6 +5,22 @@
 #include <math.h>
 #include <stdlib.h>
 
+static enum tw_status take_chords(struct ground *ground, struct arena *arena, struct tw_error *error)
+{
+	const struct field *asked = ground->asked->field;
+	uint64_t *weight = ARENA_ARRAY(arena, asked->edge_count, uint64_t);
+	float *coverage = ARENA_ARRAY(arena, asked->edge_count, float);
+	if (!weight || !coverage)
+		return tw_fail_memory(error);
+	for (uint32_t e = 0; e < asked->edge_count; e++) {
+		weight[e] = asked->chord_weight[ground->canonical.edge[e]];
+		coverage[e] = asked->chord_coverage[ground->canonical.edge[e]];
+	}
+	ground->field.chord_weight = weight;
+	ground->field.chord_coverage = coverage;
+	return TW_OK;
+}
+
 static enum tw_status take_field(struct ground *ground, struct arena *arena, struct tw_error *error)
 {
 	const struct field *asked = ground->asked->field;
@@ -24,7 +40,7 @@ static enum tw_status take_field(struct ground *ground, struct arena *arena, str
 	ground->field.density = density;
 	ground->field.weight = weight;
 	ground->field.coverage = coverage;
-	return TW_OK;
+	return asked->chord_weight ? take_chords(ground, arena, error) : TW_OK;
 }
 
 static const uint8_t *take_marks(struct arena *arena, const uint8_t *asked, const uint32_t *from, uint32_t count)

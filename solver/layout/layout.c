@@ -32,6 +32,7 @@ struct job {
 	struct pricing pricing;
 	struct wire_rules rules;
 	struct solved ours, baseline;
+	uint32_t crossed_face; /* in which two edges of our tree cross; GARMENT_NONE */
 	struct layout_progress progress;
 	double share_from, share_to; /* what the running search is of the whole */
 };
@@ -211,13 +212,24 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 	return status;
 }
 
+/* From here on the tree's edges lie in a face each. */
+static enum tw_status leave_chords(struct job *job, struct tw_error *error)
+{
+	struct pricing *pricing = &job->pricing;
+	enum tw_status status = chord_graph_crossing(&pricing->chords, job->arena, &pricing->network, &job->ours.tree,
+						     &pricing->fabric, &job->crossed_face, error);
+	return status ? status
+		      : chord_graph_cut(&pricing->chords, job->arena, &pricing->network, &job->ours.tree,
+					&pricing->fabric, error);
+}
+
 static enum tw_status solve(struct job *job, struct layout_summary *summary, struct tw_error *error)
 {
 	double start = now();
 	bool compare = job->pricing.network.baseline != NULL;
 	job->share_from = job->input->request->options.eta == ETA_AUTO ? SHARE_BALANCED : SHARE_PLACED;
 	job->share_to = compare ? SHARE_SOLVED : SHARE_COMPARED;
-	enum tw_status status = search(job, &job->pricing.network.graph, "tree", 0, &job->ours.tree, error);
+	enum tw_status status = search(job, job->pricing.graph, "tree", 0, &job->ours.tree, error);
 	summary->seconds_tree = lap(&start);
 	if (status)
 		return status;
@@ -237,6 +249,8 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	}
 	const double *costs = NULL;
 	report(job, "curves", SHARE_COMPARED);
+	if (!status && job->pricing.has_chords)
+		status = leave_chords(job, error);
 	if (!status)
 		status = find_costs(job, &costs, error);
 	if (!status)
@@ -403,6 +417,7 @@ enum tw_status layout_compute(const struct layout_input *input, struct arena *ar
 			  .arena = arena,
 			  .scratch = arena_new(0),
 			  .ground = {.asked = input, .input = *input},
+			  .crossed_face = GARMENT_NONE,
 			  .progress = {.weight = UINT64_MAX, .energy_scale = field_energy_scale(input->field)}};
 	enum tw_status status = job.scratch ? compute(&job, output, error) : tw_fail_memory(error);
 	arena_free(job.scratch);

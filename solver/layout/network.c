@@ -52,9 +52,12 @@ static uint32_t extra_of(const struct network *network, uint32_t node)
 	return node - network->garment->vertex_count;
 }
 
-static const struct site *site_at(const struct network *network, uint32_t node)
+const struct site *network_site(const struct network *network, uint32_t node)
 {
-	return &network->sites->site[network->extra_site[extra_of(network, node)]];
+	uint32_t extra = extra_of(network, node);
+	if (extra >= network->extra_count)
+		return &network->crossing[extra - network->extra_count];
+	return &network->sites->site[network->extra_site[extra]];
 }
 
 /* Where a node lies in the pattern plane of a face that it touches, and the key of that point. */
@@ -68,7 +71,7 @@ static struct vec2 node_in_face(const struct network *network, uint32_t node, ui
 		*key = coord[k];
 		return coord_of(garment, coord[k]);
 	}
-	const struct site *site = site_at(network, node);
+	const struct site *site = network_site(network, node);
 	*key = garment->coord_count + 2 * (uint64_t)extra_of(network, node);
 	if (site->kind == SITE_FACE)
 		return place_on_pattern(garment, &site->place);
@@ -86,12 +89,13 @@ static uint32_t common_edge(const struct network *network, uint32_t a, uint32_t 
 {
 	for (int turn = 0; turn < 2; turn++) {
 		uint32_t p = turn ? b : a, q = turn ? a : b;
-		if (!is_extra(network, p) || site_at(network, p)->kind != SITE_EDGE)
+		if (!is_extra(network, p) || network_site(network, p)->kind != SITE_EDGE)
 			continue;
-		uint32_t edge = site_at(network, p)->edge;
+		uint32_t edge = network_site(network, p)->edge;
 		const uint32_t *end = &network->topology->edge_vertex[2 * (size_t)edge];
-		if (is_extra(network, q) ? site_at(network, q)->kind == SITE_EDGE && site_at(network, q)->edge == edge
-					 : end[0] == q || end[1] == q)
+		if (is_extra(network, q)
+			    ? network_site(network, q)->kind == SITE_EDGE && network_site(network, q)->edge == edge
+			    : end[0] == q || end[1] == q)
 			return edge;
 	}
 	return GARMENT_NONE;
@@ -129,7 +133,7 @@ uint32_t network_lay(const struct network *network, uint32_t edge, uint32_t from
 struct place network_place(const struct network *network, uint32_t node)
 {
 	if (is_extra(network, node))
-		return site_at(network, node)->place;
+		return network_site(network, node)->place;
 	struct place place = {.face = GARMENT_NONE};
 	uint32_t arc = network->graph.first[node];
 	if (arc == network->graph.first[node + 1])
@@ -188,20 +192,24 @@ static void hash_nodes(const struct network *network, uint64_t *hash, uint8_t *s
 	}
 }
 
+uint32_t network_tie(const struct network *network, uint32_t a, uint32_t b)
+{
+	return (uint32_t)(splitmix(network->node_hash[a] + network->node_hash[b]) >> 32);
+}
+
 static enum tw_status break_ties(struct network *network, struct arena *arena, const struct lister *lister,
 				 struct tw_error *error)
 {
 	uint32_t *tie = ARENA_ARRAY(arena, lister->count, uint32_t);
-	const struct arena_mark mark = arena_mark(arena);
 	uint64_t *hash = ARENA_ZEROED(arena, (size_t)network->garment->vertex_count + network->extra_count, uint64_t);
+	const struct arena_mark mark = arena_mark(arena);
 	uint8_t *seen = ARENA_ZEROED(arena, network->garment->coord_count, uint8_t);
 	if (!tie || !hash || !seen)
 		return tw_fail_memory(error);
 	hash_nodes(network, hash, seen);
+	network->node_hash = hash;
 	for (uint32_t e = 0; e < lister->count; e++)
-		tie[e] = (uint32_t)(splitmix(hash[lister->ends[2 * (size_t)e]] +
-					     hash[lister->ends[2 * (size_t)e + 1]]) >>
-				    32);
+		tie[e] = network_tie(network, lister->ends[2 * (size_t)e], lister->ends[2 * (size_t)e + 1]);
 	network->tie = tie;
 	arena_release(arena, mark);
 	return TW_OK;
@@ -352,7 +360,7 @@ static enum tw_status join_extras(struct lister *lister, uint32_t node, const st
 	struct network *network = lister->network;
 	uint32_t face[2], faces = faces_of(network, site, face);
 	for (uint32_t other = network->garment->vertex_count; other < node; other++) {
-		uint32_t other_face[2], others = faces_of(network, site_at(network, other), other_face);
+		uint32_t other_face[2], others = faces_of(network, network_site(network, other), other_face);
 		for (uint32_t i = 0; i < faces * others; i++) {
 			if (face[i / others] != other_face[i % others])
 				continue;
@@ -462,4 +470,27 @@ enum tw_status network_build(struct network *network, struct arena *arena, const
 	network->terminal = lister.terminal;
 	return graph_build(&network->graph, arena, garment->vertex_count + network->extra_count, lister.count,
 			   lister.ends, lister.weight, error);
+}
+
+enum tw_status network_grow(struct network *network, struct arena *arena, const struct network_growth *growth,
+			    struct tw_error *error)
+{
+	const struct graph *old = &network->graph;
+	const size_t own = old->edge_count, extra = own - network->mesh_edge_count, all = own + growth->edge_count;
+	uint32_t *ends = ARENA_ARRAY(arena, 2 * all, uint32_t);
+	uint64_t *weight = ARENA_ARRAY(arena, all, uint64_t);
+	uint32_t *face = ARENA_ARRAY(arena, extra + growth->edge_count, uint32_t);
+	if (!ends || !weight || !face)
+		return tw_fail_memory(error);
+	memcpy(ends, old->ends, 2 * own * sizeof *ends);
+	memcpy(ends + 2 * own, growth->ends, 2 * (size_t)growth->edge_count * sizeof *ends);
+	memcpy(weight, old->weight, own * sizeof *weight);
+	memcpy(weight + own, growth->weight, growth->edge_count * sizeof *weight);
+	memcpy(face, network->extra_face, extra * sizeof *face);
+	memcpy(face + extra, growth->face, growth->edge_count * sizeof *face);
+	network->extra_face = face;
+	network->crossing = growth->site;
+	network->crossing_count = growth->site_count;
+	return graph_build(&network->graph, arena, old->vertex_count + growth->site_count, (uint32_t)all, ends, weight,
+			   error);
 }

@@ -11,7 +11,15 @@ static const char *const overs[] = {"reference", "pattern", "worn", "frame", NUL
 
 #define AT(field) offsetof(struct layout_options, field)
 
+static const char *const presets[] = {"field", "none", "paper", NULL};
+
+static const char *const relaxations[] = {"auto", "none", "chords", NULL};
+
 static const struct option rows[] = {
+	{"preset", OPTION_CHOICE, AT(preset), NULL, LAYOUT_PRESET_FIELD, 0, 0, presets,
+	 "what auto stands for: as the field's preset says, our own, or the paper's (relaxation none)"},
+	{"relaxation", OPTION_CHOICE, AT(relaxation), NULL, RELAXATION_AUTO, 0, 0, relaxations,
+	 "where the tree may run: on mesh edges alone, or also straight over an edge from corner to corner (chords)"},
 	{"eta", OPTION_CHOICE, AT(eta), NULL, ETA_FIELD, 0, 0, etas,
 	 "price of length: the field's, or the one that balances length and deformation for these terminals"},
 	{"baseline", OPTION_CHOICE, AT(baseline), NULL, BASELINE_UNIT, 0, 0, baselines,

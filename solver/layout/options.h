@@ -15,6 +15,16 @@ enum layout_eta {
 	ETA_AUTO,  /* where length and deformation are in balance for these terminals (method 3) */
 };
 
+/* The values of a paper's or the field's own, where an option says auto. */
+enum layout_preset { LAYOUT_PRESET_FIELD, LAYOUT_PRESET_NONE, LAYOUT_PRESET_PAPER };
+
+/* Where a tree may run. */
+enum layout_relaxation {
+	RELAXATION_AUTO,   /* chords; of the preset paper none */
+	RELAXATION_NONE,   /* on mesh edges */
+	RELAXATION_CHORDS, /* on mesh edges and flip chords */
+};
+
 /* Which lengths elongation is measured over. */
 enum layout_elongation_over {
 	ELONGATION_OVER_REFERENCE, /* in the field's reference state */
@@ -24,6 +34,8 @@ enum layout_elongation_over {
 };
 
 struct layout_options {
+	int preset;          /* enum layout_preset */
+	int relaxation;      /* enum layout_relaxation */
 	int eta;             /* enum layout_eta */
 	int baseline;        /* enum layout_baseline: what the layout is compared with */
 	double time_limit_s; /* of the Steiner search; 0 for none. With a limit the answer depends on the machine */

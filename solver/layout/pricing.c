@@ -2,19 +2,48 @@
 
 #include <math.h>
 
+/* Baselines, and fields that are one, stay on the mesh's edges. */
+static bool may_use_chords(const struct layout_input *input)
+{
+	const struct layout_options *options = &input->request->options;
+	if (input->field->options.weight != FIELD_DEFORMATION)
+		return false;
+	if (options->relaxation != RELAXATION_AUTO)
+		return options->relaxation == RELAXATION_CHORDS;
+	return options->preset == LAYOUT_PRESET_FIELD ? input->field->options.preset != FIELD_PRESET_PAPER
+						      : options->preset != LAYOUT_PRESET_PAPER;
+}
+
+/* To a field that was stored without. */
+static enum tw_status add_chords(struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+				 struct tw_error *error)
+{
+	pricing->own = *input->field;
+	pricing->field = &pricing->own;
+	return field_weigh_chords(&pricing->own, arena, input->garment, input->topology, NULL,
+				  input->threads ? input->threads : 1, NULL, error);
+}
+
 static enum tw_status find_field(struct pricing *pricing, struct arena *arena, const struct ground *ground,
 				 double eta_mpa, struct tw_error *error)
 {
 	const struct layout_input *input = &ground->input;
 	pricing->field = input->field;
 	pricing->constraints = ground->constraints;
+	pricing->has_chords = may_use_chords(input);
 	if (!pricing->constraints && isnan(eta_mpa))
-		return TW_OK;
+		return pricing->has_chords && !input->field->chord_weight ? add_chords(pricing, arena, input, error)
+									  : TW_OK;
 	struct field_options options = input->field->options;
 	options.eta_mpa = isnan(eta_mpa) ? options.eta_mpa : eta_mpa;
 	pricing->field = &pricing->own;
-	return field_weigh(&pricing->own, arena, input->garment, input->topology, input->field->density, &options,
-			   pricing->constraints, input->threads ? input->threads : 1, error);
+	const unsigned threads = input->threads ? input->threads : 1;
+	enum tw_status status = field_weigh(&pricing->own, arena, input->garment, input->topology,
+					    input->field->density, &options, pricing->constraints, threads, error);
+	if (!status && pricing->has_chords)
+		status = field_weigh_chords(&pricing->own, arena, input->garment, input->topology, pricing->constraints,
+					    threads, NULL, error);
+	return status;
 }
 
 static enum tw_status make_walker(struct strip_walker **walker, struct strip_fabric *fabric, struct arena *arena,
@@ -64,8 +93,13 @@ enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const
 	if (status)
 		return status;
 	const struct network_walkers walkers = {priced, pricing->keep_out_walker};
-	return network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites, &walkers,
-			     (enum layout_baseline)input->request->options.baseline, error);
+	status = network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites,
+			       &walkers, (enum layout_baseline)input->request->options.baseline, error);
+	pricing->graph = &pricing->network.graph;
+	if (status || !pricing->has_chords)
+		return status;
+	pricing->graph = &pricing->chords.graph;
+	return chord_graph_build(&pricing->chords, arena, &pricing->network, pricing->field, &pricing->fabric, error);
 }
 
 static enum tw_status fail_apart(const struct pricing *pricing, const struct steiner_tree *tree, struct tw_error *error)
@@ -120,7 +154,7 @@ enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena,
 {
 	struct callbacks callbacks = {input, search};
 	struct steiner_options options = {
-		.ties = pricing->network.tie,
+		.ties = pricing->has_chords ? pricing->chords.tie : pricing->network.tie,
 		.time_limit_s = input->request->options.time_limit_s * search->time_share,
 		.work_limit = search->work_limit,
 		.memory_limit = input->memory_limit,

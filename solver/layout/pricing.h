@@ -3,6 +3,7 @@
 #ifndef SOLVER_LAYOUT_PRICING_H
 #define SOLVER_LAYOUT_PRICING_H
 
+#include "solver/layout/chords.h"
 #include "solver/layout/ground.h"
 #include "solver/layout/network.h"
 #include "solver/steiner/steiner.h"
@@ -12,6 +13,9 @@ struct pricing {
 	struct field own;
 	const struct field_constraints *constraints; /* the ground's */
 	struct network network;
+	struct chord_graph chords;
+	bool has_chords;           /* the tree may use them */
+	const struct graph *graph; /* that trees are searched in: the network's or that with chords */
 	/* Integrates density + eta alone, without a request's multipliers: what a wire deforms, whatever it costs. */
 	struct strip_walker *walker;
 	struct strip_fabric fabric;

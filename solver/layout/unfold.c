@@ -103,9 +103,23 @@ static bool walk_around(const struct network *network, uint32_t vertex, uint32_t
 	return false;
 }
 
+/* Across the edge that the node lies in: from the plane of the face behind to that of `face`. */
+static struct vec2 turn_across(const struct network *network, uint32_t edge, uint32_t face)
+{
+	const uint32_t *faces = &network->topology->edge_face[2 * (size_t)edge];
+	const uint8_t *sides = &network->topology->edge_side[2 * (size_t)edge];
+	uint32_t here_at = faces[0] == face ? 0 : 1, k = sides[here_at], next = faces[1 - here_at],
+		 l = sides[1 - here_at];
+	struct vec2 here = side_direction(network->garment, face, k, (k + 1) % 3);
+	struct vec2 there = side_direction(network->garment, next, (l + 1) % 3, l);
+	return (struct vec2){vec2_dot(there, here), vec2_cross(there, here)};
+}
+
 static struct vec2 turn_at(const struct network *network, uint32_t vertex, uint32_t face, uint64_t to_key)
 {
 	struct vec2 left, right;
+	if (vertex >= network->garment->vertex_count)
+		return turn_across(network, network_site(network, vertex)->edge, face);
 	bool by_left = walk_around(network, vertex, face, to_key, true, &left);
 	bool by_right = walk_around(network, vertex, face, to_key, false, &right);
 	if (by_left && by_right && vec2_dot(left, right) > -0.99)

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { MM_DECIMALS = 4, ENERGY_DECIMALS = 6, SHARE_DECIMALS = 8 };
 
@@ -209,6 +210,27 @@ static void add_branch_end(const struct solved *solved, uint32_t end, const stru
 		text_format(text, "{\"terminal\":%u}", result->sites->site[site].terminal);
 }
 
+/* A terminal inside a face, or where a chord crosses an edge. */
+static void add_inner_node(const struct layout_result *result, const struct site *site, bool in_file, struct text *text)
+{
+	const struct garment *garment = result->ground->asked->garment;
+	struct place place = ground_asked_place(result->ground, &site->place);
+	uint32_t face = place.face;
+	double weights[3];
+	if (site->terminal != GARMENT_NONE) {
+		text_format(text, "{\"terminal\":%u}", site->terminal);
+		return;
+	}
+	memcpy(weights, place.barycentric, sizeof weights);
+	if (in_file && !garment_place_to_file(garment, place.face, place.barycentric, &face, weights)) {
+		text_add(text, "null");
+		return;
+	}
+	text_format(text, "{\"face\":%u", face);
+	add_weights(text, "barycentric", weights);
+	text_add(text, "}");
+}
+
 /* The tree's path from node to node, in the file's numbers or the mesh's. */
 static void add_path(const struct layout_result *result, const struct branch *branch, const char *key, bool in_file,
 		     struct text *text)
@@ -219,8 +241,7 @@ static void add_path(const struct layout_result *result, const struct branch *br
 		uint32_t node = branch->node[i];
 		text_add(text, i ? "," : "");
 		if (node >= garment->vertex_count) {
-			uint32_t site = result->network->extra_site[node - garment->vertex_count];
-			text_format(text, "{\"terminal\":%u}", result->sites->site[site].terminal);
+			add_inner_node(result, network_site(result->network, node), in_file, text);
 			continue;
 		}
 		uint32_t mesh_vertex = result->ground->canonical.vertex[node];

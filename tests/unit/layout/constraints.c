@@ -240,9 +240,59 @@ static void eta_auto_lies_between_the_extremes_and_is_told(void **state)
 	tear_down(&bench);
 }
 
+/* The ways that a wire can take: the sheet's edges, or also its chords. */
+struct ways {
+	uint32_t count;
+	uint32_t (*end)[2];
+	double *a, *b; /* cost a + eta b */
+	double *length, *none;
+};
+
+static void find_ways(struct bench *bench, struct ways *ways, const double *density_of, bool chords)
+{
+	const uint32_t edges = bench->topology.edge_count;
+	struct field field[2];
+	*ways = (struct ways){.end = arena_array(bench->arena, 2 * (size_t)edges, sizeof *ways->end),
+			      .a = ARENA_ARRAY(bench->arena, 2 * (size_t)edges, double),
+			      .b = ARENA_ARRAY(bench->arena, 2 * (size_t)edges, double),
+			      .length = ARENA_ARRAY(bench->arena, 2 * (size_t)edges, double),
+			      .none = ARENA_ZEROED(bench->arena, 2 * (size_t)edges, double)};
+	struct field_options options = bench->field.options;
+	for (int k = 0; k < 2; k++) {
+		options.eta_mpa = k;
+		assert_int_equal(field_weigh(&field[k], bench->arena, &bench->garment, &bench->topology, density_of,
+					     &options, NULL, 1, NULL),
+				 TW_OK);
+		assert_int_equal(field_weigh_chords(&field[k], bench->arena, &bench->garment, &bench->topology, NULL, 1,
+						    NULL, NULL),
+				 TW_OK);
+	}
+	bench->field = field[0];
+	for (uint32_t e = 0; e < (chords ? 2 : 1) * edges; e++) {
+		bool chord = e >= edges;
+		uint32_t at = e % edges, i = ways->count;
+		const uint64_t *weight[2] = {chord ? field[0].chord_weight : field[0].weight,
+					     chord ? field[1].chord_weight : field[1].weight};
+		if (weight[0][at] == FIELD_FORBIDDEN)
+			continue;
+		for (size_t k = 0; k < 2; k++) {
+			uint32_t face = bench->topology.edge_face[2 * (size_t)at + k];
+			uint32_t side = bench->topology.edge_side[2 * (size_t)at + k];
+			ways->end[i][k] = chord ? bench->garment.face_vertex[3 * (size_t)face + (side + 2) % 3]
+						: bench->topology.edge_vertex[2 * (size_t)at + k];
+		}
+		const double *u = bench->garment.position + 3 * (size_t)ways->end[i][0];
+		const double *v = bench->garment.position + 3 * (size_t)ways->end[i][1];
+		ways->length[i] = hypot(u[0] - v[0], u[1] - v[1]);
+		ways->a[i] = (double)weight[0][at] / field[0].scale;
+		ways->b[i] = (double)weight[1][at] / field[1].scale - ways->a[i];
+		ways->count++;
+	}
+}
+
 /* The cheapest way between two vertices of the sheet with edges of a[e] + eta b[e], by Bellman and Ford: its length and
- * its sum of a. */
-static void best_way(const struct bench *bench, const double *a, const double *b, double eta, const double *length,
+ * its deformation. */
+static void best_way(const struct bench *bench, const struct ways *ways, const double *a, const double *b, double eta,
 		     uint32_t from, uint32_t to, double sum[2])
 {
 	enum { VERTICES = 861 };
@@ -253,15 +303,14 @@ static void best_way(const struct bench *bench, const double *a, const double *b
 	sums[from][0] = sums[from][1] = 0;
 	for (bool changed = true; changed;) {
 		changed = false;
-		for (uint32_t e = 0; e < 2 * bench->topology.edge_count; e++) {
-			const uint32_t *end = bench->topology.edge_vertex + 2 * (size_t)(e / 2);
-			uint32_t u = end[e % 2], v = end[1 - e % 2];
+		for (uint32_t e = 0; e < 2 * ways->count; e++) {
+			uint32_t u = ways->end[e / 2][e % 2], v = ways->end[e / 2][1 - e % 2];
 			double weight = a[e / 2] + eta * b[e / 2];
 			if (!(best[u] + weight < best[v] - 1e-12))
 				continue;
 			best[v] = best[u] + weight;
-			sums[v][0] = sums[u][0] + length[e / 2];
-			sums[v][1] = sums[u][1] + a[e / 2];
+			sums[v][0] = sums[u][0] + ways->length[e / 2];
+			sums[v][1] = sums[u][1] + ways->a[e / 2];
 			changed = true;
 		}
 	}
@@ -274,42 +323,20 @@ static void eta_auto_is_where_the_normalised_curves_cross(void **state)
 {
 	(void)state;
 	static const uint32_t pairs[][2] = {{415, 445}, {168, 690}, {90, 760}};
-	for (size_t p = 0; p < sizeof pairs / sizeof *pairs; p++) {
+	for (size_t p = 0; p < 2 * sizeof pairs / sizeof *pairs; p++) {
+		const uint32_t *pair = pairs[p / 2];
 		struct bench bench;
+		struct ways ways;
 		set_up(&bench, 0, 0.2);
-		const uint32_t edges = bench.topology.edge_count;
 		double *density_of = ARENA_ARRAY(bench.arena, bench.garment.face_count, double);
-		double *a = ARENA_ARRAY(bench.arena, edges, double), *b = ARENA_ARRAY(bench.arena, edges, double);
-		double *length = ARENA_ARRAY(bench.arena, edges, double),
-		       *none = ARENA_ZEROED(bench.arena, edges, double);
 		for (uint32_t f = 0; f < bench.garment.face_count; f++)
 			density_of[f] = 0.05 + pow(sin(f / 97.0) * cos(f % 80 / 13.0), 2);
-		struct field_options options = bench.field.options;
-		for (int k = 1; k >= 0; k--) {
-			options.eta_mpa = k;
-			assert_int_equal(field_weigh(&bench.field, bench.arena, &bench.garment, &bench.topology,
-						     density_of, &options, NULL, 1, NULL),
-					 TW_OK);
-			for (uint32_t e = 0; e < edges; e++)
-				(k ? b : a)[e] = (double)bench.field.weight[e] / bench.field.scale;
-		}
-		for (uint32_t e = 0; e < edges; e++) {
-			const uint32_t *end = bench.topology.edge_vertex + 2 * (size_t)e;
-			const double *u = bench.garment.position + 3 * (size_t)end[0];
-			const double *v = bench.garment.position + 3 * (size_t)end[1];
-			length[e] = hypot(u[0] - v[0], u[1] - v[1]);
-			b[e] -= a[e];
-		}
+		find_ways(&bench, &ways, density_of, p % 2);
 		double softest[2], shortest[2], here[2], before = 0, after = 0;
-		best_way(&bench, a, b, 0, length, pairs[p][0], pairs[p][1], softest);
-		best_way(&bench, length, none, 0, length, pairs[p][0], pairs[p][1], shortest);
-		shortest[1] = 0;
-		/* The shortest way's deformation: the ways of a larger and larger eta come to it. */
-		best_way(&bench, a, length, 1e7, length, pairs[p][0], pairs[p][1], here);
-		assert_near(here[0], shortest[0], 1e-6);
-		shortest[1] = here[1];
+		best_way(&bench, &ways, ways.a, ways.b, 0, pair[0], pair[1], softest);
+		best_way(&bench, &ways, ways.length, ways.none, 0, pair[0], pair[1], shortest);
 		for (double eta = 1e-4; eta < 1e4 && after == 0; eta *= 1.02) {
-			best_way(&bench, a, b, eta, length, pairs[p][0], pairs[p][1], here);
+			best_way(&bench, &ways, ways.a, ways.b, eta, pair[0], pair[1], here);
 			double longer = (here[0] - shortest[0]) / (softest[0] - shortest[0]);
 			double dearer = (here[1] - softest[1]) / (shortest[1] - softest[1]);
 			*(longer > dearer ? &before : &after) = eta;
@@ -317,14 +344,93 @@ static void eta_auto_is_where_the_normalised_curves_cross(void **state)
 		assert_true(before > 0 && after > before);
 		char request[256];
 		snprintf(request, sizeof request,
-			 "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}],\"options\":{\"eta\":\"auto\"}}",
-			 pairs[p][0], pairs[p][1]);
+			 "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}],\"options\":{\"eta\":\"auto\","
+			 "\"relaxation\":\"%s\"}}",
+			 pair[0], pair[1], p % 2 ? "chords" : "none");
 		compute(&bench, request);
 		double eta = member(json_object_get(bench.json, "field"), "eta_mpa");
 		if (!(eta > before * 0.99 && eta < after * 1.01))
 			fail_msg("eta %g is not between %g and %g", eta, before, after);
 		tear_down(&bench);
 	}
+}
+
+/* Three terminals: the best tree is three ways that meet somewhere, over all places to meet. */
+static double best_star(const struct bench *bench, const struct ways *ways, double eta, const uint32_t terminal[3])
+{
+	enum { VERTICES = 861 };
+	static double distance[3][VERTICES];
+	for (int t = 0; t < 3; t++) {
+		for (uint32_t v = 0; v < VERTICES; v++)
+			distance[t][v] = v == terminal[t] ? 0 : INFINITY;
+		for (bool changed = true; changed;) {
+			changed = false;
+			for (uint32_t e = 0; e < 2 * ways->count; e++) {
+				uint32_t u = ways->end[e / 2][e % 2], v = ways->end[e / 2][1 - e % 2];
+				double here = distance[t][u] + ways->a[e / 2] + eta * ways->b[e / 2];
+				if (!(here < distance[t][v] - 1e-12))
+					continue;
+				distance[t][v] = here;
+				changed = true;
+			}
+		}
+	}
+	double least = INFINITY;
+	for (uint32_t v = 0; v < bench->garment.vertex_count; v++)
+		least = fmin(least, distance[0][v] + distance[1][v] + distance[2][v]);
+	return least;
+}
+
+/* With chords and without, by the request or by a preset; and a field that was stored without its chords gets them. */
+static void trees_run_where_the_relaxation_lets_them(void **state)
+{
+	(void)state;
+	static const struct {
+		const char *options;
+		int field_preset;
+		bool chords, stored;
+	} cases[] = {
+		{"{}", FIELD_PRESET_NONE, true, true},
+		{"{}", FIELD_PRESET_NONE, true, false},
+		{"{\"relaxation\":\"none\"}", FIELD_PRESET_NONE, false, true},
+		{"{\"preset\":\"paper\"}", FIELD_PRESET_NONE, false, true},
+		{"{}", FIELD_PRESET_PAPER, false, true},
+		{"{\"preset\":\"none\"}", FIELD_PRESET_PAPER, true, true},
+		{"{\"preset\":\"paper\",\"relaxation\":\"chords\"}", FIELD_PRESET_NONE, true, true},
+	};
+	static const uint32_t terminal[3] = {90, 760, 445};
+	double weight[2] = {0, 0};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		for (uint32_t seam = 0; seam <= 20; seam += 20) {
+			struct bench bench;
+			struct ways ways;
+			char request[200];
+			set_up(&bench, seam, 0.2);
+			double *density_of = ARENA_ARRAY(bench.arena, bench.garment.face_count, double);
+			for (uint32_t f = 0; f < bench.garment.face_count; f++)
+				density_of[f] = 0.05 + pow(sin(f / 97.0) * cos(f % 80 / 13.0), 2);
+			find_ways(&bench, &ways, density_of, cases[i].chords);
+			struct field_options options = bench.field.options;
+			options.eta_mpa = 0.1;
+			options.preset = cases[i].field_preset;
+			assert_int_equal(field_weigh(&bench.field, bench.arena, &bench.garment, &bench.topology,
+						     density_of, &options, NULL, 1, NULL),
+					 TW_OK);
+			if (cases[i].stored)
+				assert_int_equal(field_weigh_chords(&bench.field, bench.arena, &bench.garment,
+								    &bench.topology, NULL, 1, NULL, NULL),
+						 TW_OK);
+			snprintf(request, sizeof request,
+				 "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u},{\"vertex\":%u}],\"options\":%s}",
+				 terminal[0], terminal[1], terminal[2], cases[i].options);
+			compute(&bench, request);
+			double want = best_star(&bench, &ways, 0.1, terminal);
+			assert_near(member(layout_of(&bench), "weight_mpa_mm2"), want, 2e-6 * want);
+			weight[cases[i].chords] = want;
+			tear_down(&bench);
+		}
+	}
+	assert_true(weight[1] < 0.99 * weight[0]);
 }
 
 int main(void)
@@ -339,6 +445,7 @@ int main(void)
 		cmocka_unit_test(constraints_that_mean_nothing_are_named),
 		cmocka_unit_test(eta_auto_lies_between_the_extremes_and_is_told),
 		cmocka_unit_test(eta_auto_is_where_the_normalised_curves_cross),
+		cmocka_unit_test(trees_run_where_the_relaxation_lets_them),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
