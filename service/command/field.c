@@ -50,6 +50,8 @@ static void print_help(void)
 	       "  file_face.u32    the file's face that each face is part of\n"
 	       "  weight.u64       cost of each edge, times the scale; the largest number where it is forbidden\n"
 	       "  coverage.f32     share of each edge's strip that fabric covers\n"
+	       "  chord_weight.u64, chord_coverage.f32\n"
+	       "                   the same of the flip chord across each edge, where there is one\n"
 	       "  field.json       options, scale, counts, and shape of each array\n\n"
 	       "Without a motion the density is zero and edges cost eta alone.\n\n");
 	garment_files_print_paths_help(stdout);

@@ -1,7 +1,6 @@
 #include "solver/layout/chords.h"
 
 #include <assert.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* What is listed behind the network's edges. */
@@ -130,44 +129,4 @@ enum tw_status chord_graph_cut(const struct chord_graph *chords, struct arena *a
 	tree->edges = edges;
 	tree->edge_count = count;
 	return growth.site_count ? network_grow(network, arena, &growth, error) : TW_OK;
-}
-
-static int compare_faces(const void *a, const void *b)
-{
-	uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
-	return p < q ? -1 : p > q;
-}
-
-/* A chord passes both of its faces from a corner to the opposite side; a tree edge has the two faces on it. Two chords
- * in one face cross. A chord crosses the edge that it goes over, and no other. */
-enum tw_status chord_graph_crossing(const struct chord_graph *chords, struct arena *arena,
-				    const struct network *network, const struct steiner_tree *tree,
-				    const struct strip_fabric *fabric, uint32_t *face, struct tw_error *error)
-{
-	struct arena_mark mark = arena_mark(arena);
-	const uint32_t edges = network->topology->edge_count;
-	uint32_t *passed = ARENA_ARRAY(arena, 2 * (size_t)tree->edge_count, uint32_t), count = 0;
-	uint8_t *taken = ARENA_ZEROED(arena, edges, uint8_t);
-	*face = GARMENT_NONE;
-	if (!passed || !taken)
-		return tw_fail_memory(error);
-	for (uint32_t i = 0; i < tree->edge_count; i++)
-		if (tree->edges[i] < network->mesh_edge_count)
-			taken[network->mesh_edge[tree->edges[i]]] = 1;
-	for (uint32_t i = 0; i < tree->edge_count; i++) {
-		struct strip_chord chord;
-		uint32_t across = 0;
-		if (!chord_at(chords, tree->edges[i], fabric, &chord, &across))
-			continue;
-		passed[count++] = chord.face[0];
-		passed[count++] = chord.face[1];
-		if (taken[across])
-			*face = chord.face[0] < *face ? chord.face[0] : *face;
-	}
-	qsort(passed, count, sizeof *passed, compare_faces);
-	for (uint32_t i = 1; i < count; i++)
-		if (passed[i] == passed[i - 1] && passed[i] < *face)
-			*face = passed[i];
-	arena_release(arena, mark);
-	return TW_OK;
 }

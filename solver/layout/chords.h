@@ -28,11 +28,4 @@ enum tw_status chord_graph_cut(const struct chord_graph *chords, struct arena *a
 			       struct steiner_tree *tree, const struct strip_fabric *fabric,
 			       struct tw_error *error) TW_NODISCARD;
 
-/* The lowest face in which two edges of the tree (not yet cut) cross, GARMENT_NONE for none: two chords that share a
- * face, or a chord and the edge that it goes over. TW_ERROR_MEMORY. */
-enum tw_status chord_graph_crossing(const struct chord_graph *chords, struct arena *arena,
-				    const struct network *network, const struct steiner_tree *tree,
-				    const struct strip_fabric *fabric, uint32_t *face,
-				    struct tw_error *error) TW_NODISCARD;
-
 #endif

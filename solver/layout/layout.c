@@ -32,7 +32,6 @@ struct job {
 	struct pricing pricing;
 	struct wire_rules rules;
 	struct solved ours, baseline;
-	uint32_t crossed_face; /* in which two edges of our tree cross; GARMENT_NONE */
 	struct layout_progress progress;
 	double share_from, share_to; /* what the running search is of the whole */
 };
@@ -216,11 +215,8 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 static enum tw_status leave_chords(struct job *job, struct tw_error *error)
 {
 	struct pricing *pricing = &job->pricing;
-	enum tw_status status = chord_graph_crossing(&pricing->chords, job->arena, &pricing->network, &job->ours.tree,
-						     &pricing->fabric, &job->crossed_face, error);
-	return status ? status
-		      : chord_graph_cut(&pricing->chords, job->arena, &pricing->network, &job->ours.tree,
-					&pricing->fabric, error);
+	return chord_graph_cut(&pricing->chords, job->arena, &pricing->network, &job->ours.tree, &pricing->fabric,
+			       error);
 }
 
 static enum tw_status solve(struct job *job, struct layout_summary *summary, struct tw_error *error)
@@ -417,7 +413,6 @@ enum tw_status layout_compute(const struct layout_input *input, struct arena *ar
 			  .arena = arena,
 			  .scratch = arena_new(0),
 			  .ground = {.asked = input, .input = *input},
-			  .crossed_face = GARMENT_NONE,
 			  .progress = {.weight = UINT64_MAX, .energy_scale = field_energy_scale(input->field)}};
 	enum tw_status status = job.scratch ? compute(&job, output, error) : tw_fail_memory(error);
 	arena_free(job.scratch);

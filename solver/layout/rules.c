@@ -25,6 +25,7 @@ static const struct {
 	[RULE_TOLERANCE] = {"tolerance", "mm", "rule-tolerance"},
 	[RULE_STRIP_OVERLAP] = {"strip_overlap", "mm2", "rule-strip-overlap"},
 	[RULE_SEAM_CORNER] = {"seam_corner", "mm", "rule-seam-corner"},
+	[RULE_TREE_CROSSING] = {"tree_crossing", "mm", "rule-tree-crossing"},
 };
 _Static_assert(sizeof names / sizeof *names == RULE_COUNT, "every rule has a name");
 
@@ -78,6 +79,11 @@ static void warn(const struct violation *worst, const char *piece, uint32_t bran
 			    "a wire runs through a point where more than two pieces meet: branch %u at (%.0f, %.0f) on "
 			    "%.80s",
 			    worst->branch, u, v, piece);
+		break;
+	case RULE_TREE_CROSSING:
+		warning_add(warnings, type, "branch", branch,
+			    "two edges of the tree cross: branches %u and %u at (%.0f, %.0f) on %.80s", worst->branch,
+			    worst->other, u, v, piece);
 		break;
 	case RULE_COUNT:
 		break;
@@ -472,6 +478,102 @@ static enum tw_status check_corners(struct checker *checker)
 	return status;
 }
 
+/* --- the tree ------------------------------------------------------------------------------------------------------
+ */
+
+/* Half of a chord: from a vertex to the edge that it crosses, through one face. */
+struct half_chord {
+	uint32_t branch;
+	struct laid_edge laid;
+};
+
+/* What of a tree was met so far. */
+struct tree_check {
+	const struct network *network;
+	struct half_chord *half; /* [half_count] */
+	uint32_t half_count;
+	uint32_t *in_face;   /* [face_count] the half that passes the face, GARMENT_NONE */
+	uint32_t *branch_on; /* [mesh edge_count] the branch that runs along the edge, GARMENT_NONE */
+};
+
+static bool is_crossing_node(const struct network *network, uint32_t node)
+{
+	return node >= network->garment->vertex_count + network->extra_count;
+}
+
+/* Where two halves in one face cross, each from a corner to the opposite side. */
+static struct vec2 meet(const struct laid_edge *a, const struct laid_edge *b)
+{
+	struct vec2 d = vec2_sub(a->to, a->from), e = vec2_sub(b->to, b->from);
+	double t = vec2_cross(vec2_sub(b->from, a->from), e) / vec2_cross(d, e);
+	return vec2_mix(a->from, a->to, t);
+}
+
+/* `edge_crossed`: GARMENT_NONE where the other half has been asked already. */
+static enum tw_status check_half(struct checker *checker, const struct tree_check *check, const struct half_chord *half,
+				 uint32_t edge_crossed)
+{
+	uint32_t other = check->in_face[half->laid.face];
+	uint32_t along = edge_crossed == GARMENT_NONE ? GARMENT_NONE : check->branch_on[edge_crossed];
+	struct violation violation = {
+		RULE_TREE_CROSSING, half->branch, GARMENT_NONE, half->laid.piece, half->laid.to, 0, 0};
+	if (other != GARMENT_NONE) {
+		violation.other = check->half[other].branch;
+		violation.at = meet(&check->half[other].laid, &half->laid);
+		return add(checker, &violation);
+	}
+	if (along == GARMENT_NONE)
+		return TW_OK;
+	violation.other = along;
+	return add(checker, &violation);
+}
+
+static enum tw_status check_branch(struct checker *checker, struct tree_check *check, const struct branch *branch,
+				   uint32_t index)
+{
+	enum tw_status status = TW_OK;
+	for (uint32_t i = 0; i < branch->edge_count && status == TW_OK; i++) {
+		bool first = is_crossing_node(check->network, branch->node[i]);
+		if (!first && !is_crossing_node(check->network, branch->node[i + 1]))
+			continue;
+		struct laid_edge laid[2];
+		struct half_chord *half = &check->half[check->half_count];
+		network_lay(check->network, branch->edge[i], branch->node[i + first], laid);
+		*half = (struct half_chord){index, laid[0]};
+		uint32_t crossed = first ? GARMENT_NONE : network_site(check->network, branch->node[i + 1])->edge;
+		status = check_half(checker, check, half, crossed);
+		check->in_face[laid[0].face] = check->half_count++;
+	}
+	return status;
+}
+
+enum tw_status rules_check_tree(struct violation_list *list, struct arena *arena, const struct network *network,
+				const struct branch_set *branches, struct tw_error *error)
+{
+	struct checker checker = {NULL, list, arena, error};
+	const uint32_t faces = network->garment->face_count, edges = network->topology->edge_count;
+	if (network->crossing_count == 0)
+		return TW_OK;
+	struct tree_check check = {
+		.network = network,
+		.half = ARENA_ARRAY(arena, 2 * (size_t)network->crossing_count, struct half_chord),
+		.in_face = ARENA_ARRAY(arena, faces, uint32_t),
+		.branch_on = ARENA_ARRAY(arena, edges, uint32_t),
+	};
+	if (!check.half || !check.in_face || !check.branch_on)
+		return tw_fail_memory(error);
+	memset(check.in_face, 0xff, faces * sizeof *check.in_face);
+	memset(check.branch_on, 0xff, edges * sizeof *check.branch_on);
+	for (uint32_t b = 0; b < branches->branch_count; b++)
+		for (uint32_t i = 0; i < branches->branch[b].edge_count; i++)
+			if (branches->branch[b].edge[i] < network->mesh_edge_count)
+				check.branch_on[network->mesh_edge[branches->branch[b].edge[i]]] = b;
+	enum tw_status status = TW_OK;
+	for (uint32_t b = 0; b < branches->branch_count && status == TW_OK; b++)
+		status = check_branch(&checker, &check, &branches->branch[b], b);
+	return status;
+}
+
 enum tw_status rules_check(struct violation_list *list, struct arena *arena, const struct rules_input *input,
 			   struct tw_error *error)
 {
@@ -488,5 +590,7 @@ enum tw_status rules_check(struct violation_list *list, struct arena *arena, con
 		status = check_overlaps(&checker);
 	if (status == TW_OK)
 		status = check_corners(&checker);
+	if (status == TW_OK)
+		status = rules_check_tree(list, arena, input->network, input->branches, error);
 	return status;
 }

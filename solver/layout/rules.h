@@ -16,7 +16,8 @@ enum design_rule {
 	/* value: how much of the piece two strips cover both, mm². Strips of two branches may do so near where these
 	 * meet: see RULES_MEETING_WIDTHS. Each counts as wider by the spacing that strips have to keep. */
 	RULE_STRIP_OVERLAP,
-	RULE_SEAM_CORNER, /* value: how near the curve comes to a point where more than two pieces meet, limit: mm */
+	RULE_SEAM_CORNER,   /* value: how near the curve comes to a point where more than two pieces meet, limit: mm */
+	RULE_TREE_CROSSING, /* two edges of the tree cross; value: 0 */
 	RULE_COUNT
 };
 
@@ -55,6 +56,11 @@ const char *rule_unit(enum design_rule rule);
 
 /* A warning for every rule that is broken: its worst place in words, and the branches. */
 void rules_warn(const struct violation_list *list, const struct garment *garment, struct warning_list *warnings);
+
+/* Adds the places where edges of the tree cross, of which at least one is half of a chord: two that pass the same face,
+ * or one and the edge that it goes over. Optimal trees were never seen to. TW_ERROR_MEMORY. */
+enum tw_status rules_check_tree(struct violation_list *list, struct arena *arena, const struct network *network,
+				const struct branch_set *branches, struct tw_error *error) TW_NODISCARD;
 
 /* Lists all violations, rule by rule, each by branch. TW_ERROR_MEMORY. */
 enum tw_status rules_check(struct violation_list *list, struct arena *arena, const struct rules_input *input,

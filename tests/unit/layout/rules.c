@@ -67,8 +67,17 @@ static GEOSGeometry *path_of(const struct bench *bench, const json_t *branch)
 	GEOSCoordSequence *points = GEOSCoordSeq_create(count, 2);
 	for (unsigned i = 0; i < count; i++) {
 		const json_t *node = json_array_get(nodes, i);
-		double x, y;
-		if (json_is_integer(node)) {
+		double x = 0, y = 0;
+		if (json_object_get(node, "face")) { /* a chord crosses an edge here */
+			size_t face = (size_t)json_integer_value(json_object_get(node, "face"));
+			for (size_t k = 0; k < 3; k++) {
+				uint32_t corner = bench->garment.face_vertex[3 * face + k];
+				double share =
+					json_number_value(json_array_get(json_object_get(node, "barycentric"), k));
+				x += share * bench->garment.position[3 * (size_t)corner];
+				y += share * bench->garment.position[3 * (size_t)corner + 1];
+			}
+		} else if (json_is_integer(node)) {
 			const double *at = &bench->garment.position[3 * (size_t)json_integer_value(node)];
 			x = at[0];
 			y = at[1];
