@@ -24,7 +24,7 @@ struct weighing {
 	const struct field_options *options;
 	const struct field_constraints *constraints; /* may be NULL */
 	const uint32_t *edge_order;                  /* the edges one after the other; NULL: as they are numbered */
-	const struct strip_fabric *fabric;           /* under the walkers */
+	struct strip_fabric fabric;                  /* under the walkers */
 	struct strip_walker *walker[PARALLEL_THREADS];
 	struct strip_walker *keep_out_walker[PARALLEL_THREADS]; /* integrate 1 over keep-outs; NULL without them */
 	double seam_price;                                      /* MPa mm2 */
@@ -104,7 +104,7 @@ static double chord_cost(const struct weighing *w, unsigned thread, uint32_t edg
 	if (strip_touches(&kept_out))
 		return INFINITY;
 	double cost = strip_cost(strip, options->overhang);
-	if (w->seam_vertex && strip_find_chord(w->fabric, edge, &chord))
+	if (w->seam_vertex && strip_find_chord(&w->fabric, edge, &chord))
 		cost += seam_cost(w, chord.vertex);
 	return w->seam_vertex && w->topology->edge_kind[edge] == EDGE_SEAM ? cost + w->seam_price : cost;
 }
@@ -264,7 +264,7 @@ static enum tw_status weigh(struct weighing *w, struct arena *arena, const struc
 {
 	const uint8_t *keep_out = w->constraints ? w->constraints->face_keep_out : NULL;
 	double *value = ARENA_ARRAY(arena, field->face_count, double);
-	struct strip_fabric fabric, keep_out_fabric;
+	struct strip_fabric keep_out_fabric;
 	struct local local;
 	if (!value)
 		return tw_fail_memory(error);
@@ -272,14 +272,13 @@ static enum tw_status weigh(struct weighing *w, struct arena *arena, const struc
 	enum tw_status status = local_build(&local, arena, w->garment, w->topology, error);
 	w->edge_order = status ? NULL : local.edge_order;
 	if (!status)
-		status = build_fabric(&fabric, arena, &local, value, error);
-	w->fabric = &fabric;
+		status = build_fabric(&w->fabric, arena, &local, value, error);
 	if (!status)
-		status = new_walkers(w->walker, arena, &fabric, threads, error);
+		status = new_walkers(w->walker, arena, &w->fabric, threads, error);
 	if (!status)
 		status = mark_seams(w, arena, error);
 	if (!status && keep_out)
-		status = mark_keep_out(&keep_out_fabric, arena, &fabric, &local, keep_out, error);
+		status = mark_keep_out(&keep_out_fabric, arena, &w->fabric, &local, keep_out, error);
 	if (!status && keep_out)
 		status = new_walkers(w->keep_out_walker, arena, &keep_out_fabric, threads, error);
 	if (!status)
