@@ -269,6 +269,31 @@ static void elongation_is_over_what_is_asked_for(void **state)
 	tear_down(&bench);
 }
 
+/* A tube of one piece: a wire over its seam jumps across the pattern, which is no part of it. */
+static void a_piece_sewn_to_itself_has_the_wire_s_own_length(void **state)
+{
+	(void)state;
+	enum { AROUND = 24, ALONG = 8 };
+	const double cell = 9, radius = cell * AROUND / (2 * M_PI);
+	struct bench bench = {.arena = arena_new(0)};
+	mesh_tube(&bench.garment, bench.arena, AROUND, ALONG, cell);
+	assert_int_equal(topology_build(&bench.topology, bench.arena, &bench.garment, NULL), TW_OK);
+	double *mean = ARENA_ZEROED(bench.arena, bench.garment.face_count, double);
+	struct field_options options;
+	option_defaults(&field_option_table, &options);
+	assert_int_equal(field_compute(&bench.field, bench.arena, &bench.garment, &bench.topology,
+				       (const double *[]){mean}, 1, &options, 1, NULL),
+			 TW_OK);
+	set_frames(&bench, (double[9]){1.3, 0, 0, 0, 1, 0, 0, 0, 1.3}, (double[]){1}, 1);
+	compute(&bench, two_vertices(4 * AROUND + 2, 4 * AROUND + 22));
+	const json_t *metrics = metrics_of(&bench);
+	assert_near(member(metrics, "length_mm"), 4 * cell, 1e-6);
+	assert_near(member(metrics, "seam_crossings"), 1, 0);
+	assert_near(member(json_object_get(metrics, "elongation"), "max"),
+		    1.3 * 2 * radius * sin(M_PI / AROUND) / cell - 1, 1e-6);
+	tear_down(&bench);
+}
+
 /* The sheet sewn from two pieces, the second turned by a right angle on the pattern, is the same fabric. */
 static void a_seam_changes_nothing_but_the_piece(void **state)
 {
@@ -744,6 +769,7 @@ int main(void)
 		cmocka_unit_test(elongation_is_that_of_all_branches_together),
 		cmocka_unit_test(motions_count_alike_and_each_has_its_figures),
 		cmocka_unit_test(elongation_is_over_what_is_asked_for),
+		cmocka_unit_test(a_piece_sewn_to_itself_has_the_wire_s_own_length),
 		cmocka_unit_test(a_seam_changes_nothing_but_the_piece),
 		cmocka_unit_test(curves_are_smooth_across_seams_and_keep_the_radius),
 		cmocka_unit_test(equal_input_gives_equal_bytes),
