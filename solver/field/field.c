@@ -352,7 +352,7 @@ enum tw_status field_weigh_chords(struct field *field, struct arena *arena, cons
 	enum tw_status status =
 		weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
 	if (!status)
-		status = check_costs(w.cost, field->edge_count, error);
+		status = check_costs(&w, field->edge_count, error);
 	for (uint32_t e = 0; !status && e < field->edge_count; e++)
 		weight[e] = field_round(field, w.cost[e]);
 	arena_release(arena, mark);
