@@ -210,7 +210,7 @@ static void the_counts_are_those_of_counting(void **state)
 	struct job_counts counts;
 	struct tw_error failure = {TW_ERROR_INPUT, "wrong", "", "wrong"};
 	for (int i = 0; i < 3; i++) {
-		char content[8];
+		char content[16];
 		snprintf(content, sizeof content, "v %d", i);
 		fixture_create(f, RESOURCE_MESH, content, NULL, NULL, mesh);
 		fixture_create(f, RESOURCE_MOTION, content, mesh, NULL, motion);
