@@ -9,6 +9,7 @@
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
@@ -203,9 +204,10 @@ class LineBuffer : public std::streambuf
 		while (next_line(line, number)) {
 			if (!(format == MESH_OBJ ? obj_line_is_geometry(line) : off_line_counts(line)))
 				continue;
-			joined.clear();
-			for (struct text word; text_next_word(&line, &word);)
-				add_word(word);
+			if (format == MESH_OBJ)
+				take_obj(line);
+			else
+				take_words(line);
 			joined.push_back('\n');
 			setg(joined.data(), joined.data(), joined.data() + joined.size());
 			return traits_type::to_int_type(joined[0]);
@@ -231,16 +233,36 @@ class LineBuffer : public std::streambuf
 		return format == MESH_OBJ ? obj_next_line(&rest, &line, &number)
 					  : text_next_line(&rest, &line, &number);
 	}
-	void add_word(struct text word)
+	// As it stands, but for what a plain file would not have.
+	void take_obj(struct text line)
 	{
-		if (!joined.empty())
-			joined.push_back(' ');
-		while (format == MESH_OBJ && word.end > word.at && word.end[-1] == '/')
-			word.end--;
-		for (const char *c = word.at; c < word.end; c++)
-			joined.push_back(static_cast<char>(format == MESH_OFF
-								   ? std::toupper(static_cast<unsigned char>(*c))
-								   : std::tolower(static_cast<unsigned char>(*c))));
+		joined.assign(line.at, line.end);
+		joined.resize(std::min(joined.size(), joined.find('#'))); // a comment
+		for (size_t i = joined.find('\\'); i < joined.size(); i++)
+			joined[i] = joined[i] == '\n' || joined[i] == '\r' || joined[i] == '\\' ? ' ' : joined[i];
+		size_t i = joined.find_first_not_of(" \t\v\f");
+		for (; i < joined.size() && std::isalpha(static_cast<unsigned char>(joined[i])); i++)
+			joined[i] = static_cast<char>(std::tolower(static_cast<unsigned char>(joined[i])));
+		if (joined.find('/') == std::string::npos)
+			return;
+		for (i = joined.size(); i-- > 0;) {
+			const bool last =
+				i + 1 == joined.size() || std::isspace(static_cast<unsigned char>(joined[i + 1]));
+			if (joined[i] == '/' && last)
+				joined[i] = ' ';
+		}
+	}
+	void take_words(struct text line)
+	{
+		joined.clear();
+		for (struct text word; text_next_word(&line, &word);) {
+			if (!joined.empty())
+				joined.push_back(' ');
+			for (const char *c = word.at; c < word.end; c++)
+				joined.push_back(static_cast<char>(
+					format == MESH_OFF ? std::toupper(static_cast<unsigned char>(*c))
+							   : std::tolower(static_cast<unsigned char>(*c))));
+		}
 	}
 
 	struct text whole, rest;
