@@ -245,7 +245,8 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	}
 	const double *costs = NULL;
 	report(job, "curves", SHARE_COMPARED);
-	if (!status && job->pricing.has_chords)
+	job->ours.has_chords = job->pricing.has_chords;
+	if (!status && job->ours.has_chords)
 		status = leave_chords(job, error);
 	if (!status)
 		status = find_costs(job, &costs, error);

@@ -14,6 +14,7 @@
 /* A tree with all that follows from it. */
 struct solved {
 	struct steiner_tree tree;
+	bool has_chords; /* it was searched on the mesh's edges and the flip chords: of that graph it is optimal */
 	struct branch_set branches;
 	struct wire_set wires;
 	struct strip_areas *strips; /* [branches.branch_count] */

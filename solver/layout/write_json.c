@@ -327,6 +327,8 @@ static void add_tree(const struct solved *solved, double scale, double energy_sc
 	add_number(text, "lower_bound_mpa_mm2", layout_energy_of(tree->lower_bound, energy_scale), ENERGY_DECIMALS);
 	add_number(text, "gap", layout_gap(tree->weight, tree->lower_bound), 9);
 	add_number(text, "weight_scale", scale, 0);
+	text_format(text, ",\"graph\":\"%s\",\"unique\":%s,\"reproducible\":%s", solved->has_chords ? "chords" : "mesh",
+		    tree->is_unique ? "true" : "false", tree->is_reproducible ? "true" : "false");
 }
 
 static void add_solved(const struct layout_result *result, const struct solved *solved, double scale,

@@ -426,6 +426,13 @@ static void trees_run_where_the_relaxation_lets_them(void **state)
 			compute(&bench, request);
 			double want = best_star(&bench, &ways, 0.1, terminal);
 			assert_near(member(layout_of(&bench), "weight_mpa_mm2"), want, 2e-6 * want);
+			assert_string_equal(json_string_value(json_object_get(layout_of(&bench), "graph")),
+					    cases[i].chords ? "chords" : "mesh");
+			assert_true(json_is_true(json_object_get(layout_of(&bench), "unique")));
+			assert_true(json_is_true(json_object_get(layout_of(&bench), "reproducible")));
+			assert_string_equal(
+				json_string_value(json_object_get(json_object_get(bench.json, "baseline"), "graph")),
+				"mesh");
 			weight[cases[i].chords] = want;
 			tear_down(&bench);
 		}
