@@ -32,6 +32,7 @@ if [ -z "${FRESH_ROOT:-}" ]; then
 		awk -v root="$FRESH_ROOT/" 'index($5, root) == 1 { print $5 }' /proc/self/mountinfo | sort -r | while read -r mount; do
 			umount -l "$mount" || true
 		done
+		rm -f "$FRESH_ROOT.log"
 		grep -q " $FRESH_ROOT/" /proc/self/mountinfo || rm -rf --one-file-system "$FRESH_ROOT"
 	}
 	trap remove EXIT
@@ -47,7 +48,6 @@ if [ -z "${FRESH_ROOT:-}" ]; then
 fi
 root=$FRESH_ROOT
 log=$root.log
-trap 'rm -f "$log"' EXIT
 
 seconds() { echo $(($(date +%s) - $1)); }
 
