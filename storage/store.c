@@ -69,6 +69,9 @@ static enum tw_status parse_url(const char *url, struct target *target, struct t
 			       url);
 	memcpy(target->path, path, size);
 	target->path[size] = '\0';
+	if (!strcmp(target->path, ":memory:"))
+		return tw_fail(error, TW_ERROR_INPUT, "store-url", NULL,
+			       "a store in memory cannot be shared by the processes that work on it; name a file");
 	return TW_OK;
 }
 

@@ -200,8 +200,9 @@ static enum tw_status start_http(struct daemon *daemon, struct tw_error *error)
 	return http_start(&daemon->http, &settings, error);
 }
 
-/* The store before the workers, so that only one process creates it; the workers before the threads of HTTP, so that
- * nobody asks for work which nobody does. */
+/* The address first, so that a service which may not or cannot listen leaves the store alone; the store before the
+ * workers, so that only one process creates it; the workers before the threads of HTTP, so that nobody asks for work
+ * which nobody does. */
 static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 {
 	const struct config *config = &daemon->config;
@@ -212,11 +213,11 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 	if (!status && !daemon->metrics)
 		status = tw_fail_memory(error);
 	if (!status)
+		status = listen_open(&daemon->listener, config->listen, loopback_only, error);
+	if (!status)
 		status = store_open(&daemon->store, config->store, error);
 	if (!status)
 		status = worker_abandon_dead(daemon->store, error);
-	if (!status)
-		status = listen_open(&daemon->listener, config->listen, loopback_only, error);
 	if (!status)
 		status = open_api(daemon, error);
 	if (!status)

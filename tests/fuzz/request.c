@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #define HEADERS_MAX 16
 
@@ -17,12 +18,31 @@ struct head {
 	size_t count;
 };
 
+static char folder[64];
+
+static void remove_store(void)
+{
+	static const char *const files[] = {"store.db", "store.db-wal", "store.db-shm", "store.db-gate"};
+	char path[128];
+	for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+		snprintf(path, sizeof path, "%s/%s", folder, files[i]);
+		unlink(path);
+	}
+	rmdir(folder);
+}
+
+/* In memory where the system has a place for that: a disk would be waited for at every commit. */
 static struct api *open_api(void)
 {
 	struct api *api = NULL;
 	struct tw_error error;
+	static char url[128];
 	struct api_settings settings = {
-		.store_url = "sqlite::memory:", .upload_limit_bytes = 4096, .wait_limit_s = 1, .cors_origin = "*"};
+		.store_url = url, .upload_limit_bytes = 4096, .wait_limit_s = 1, .cors_origin = "*"};
+	snprintf(folder, sizeof folder, "%s/tightwire-fuzz-XXXXXX", access("/dev/shm", W_OK) ? "/tmp" : "/dev/shm");
+	if (!mkdtemp(folder) || atexit(remove_store))
+		abort();
+	snprintf(url, sizeof url, "sqlite:%s/store.db?limit_bytes=%u", folder, 256u << 20);
 	if (api_open(&api, &settings, &error))
 		abort();
 	return api;

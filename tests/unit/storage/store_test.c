@@ -41,7 +41,9 @@ static void an_url_that_is_not_understood_is_refused(void **state)
 					   "sqlite:/tmp/x?limit_bytes=",
 					   "sqlite:/tmp/x?limit_bytes=-5",
 					   "sqlite:/tmp/x?limit_bytes=9999999999999999999999",
-					   "sqlite:/tmp/x?cache=1"};
+					   "sqlite:/tmp/x?cache=1",
+					   "sqlite::memory:",
+					   "sqlite::memory:?limit_bytes=9000000"};
 	struct store *store = NULL;
 	for (size_t i = 0; i < sizeof urls / sizeof urls[0]; i++)
 		refused(f, store_open(&store, urls[i], &f->error), TW_ERROR_INPUT, "store-url");
