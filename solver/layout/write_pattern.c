@@ -1,17 +1,20 @@
 /* The pattern at true scale, one layer for each meaning, so that a cutting room can switch off what it does not need:
  *
  *   fabric   the pieces' faces           cut-line  their outlines, hems and seams alike
+ *   keep-outs  where the request allows no strip
  *   seams    what is sewn to what: equal numbers belong together, a tick marks the middle of a seam
  *   notches  where a wire passes a seam, on both pieces
  *   strips   the strips that carry the wires, in their width, cut at the cut lines      wires  their centre lines
  *   terminals, junctions, violations, pieces (names and grain lines), scale */
 #include "solver/drawing/svg.h"
+#include "solver/layout/sheet_faces.h"
 #include "solver/layout/sheet_names.h"
 
 enum { NOTCH_MM = 4 };
 static const double terminal_mm = 3, junction_mm = 1.6, violation_mm = 8; /* radii */
 
 static const struct drawing_style fabric_style = {.name = "fabric", .fill = "#f4f1ea"};
+static const struct drawing_style keep_out_style = {.name = "keep-out", .fill = "#c9bfae"};
 static const struct drawing_style strip_style = {.name = "strip", .fill = "#e8a33d", .opacity = 0.55};
 static const struct drawing_style cut_style = {.name = "cut", .stroke = "#000000", .stroke_mm = 0.6};
 static const struct drawing_style seam_style = {.name = "seam", .stroke = "#1f6fb2", .stroke_mm = 1, .dash_mm = {6, 3}};
@@ -231,6 +234,11 @@ static void fill(const struct sheet *sheet, const struct sheet_names *names)
 	struct drawing *drawing = sheet->drawing;
 	drawing_begin_layer(drawing, "fabric", "fabric");
 	add_outlines(sheet, &fabric_style);
+	if (sheet->result->rules->face_keep_out) {
+		drawing_begin_layer(drawing, "keep-outs", "kept out");
+		if (sheet_add_faces(sheet, &keep_out_style, sheet->result->rules->face_keep_out) != TW_OK)
+			drawing->failed = true;
+	}
 	drawing_begin_layer(drawing, "strips", "wire strips");
 	add_strips(sheet);
 	drawing_begin_layer(drawing, "cut-line", "cut line");

@@ -482,9 +482,9 @@ static double path_area(const char *data)
 	return fabs(area);
 }
 
-static double drawn_strips(const char *svg)
+static double drawn_area(const char *svg, const char *id)
 {
-	const char *end, *layer = layer_of(svg, "strips", &end);
+	const char *end, *layer = layer_of(svg, id, &end);
 	double area = 0;
 	for (const char *path = strstr(layer, " d=\""); path && path < end; path = strstr(path, " d=\"")) {
 		path += 4;
@@ -518,7 +518,7 @@ static void the_pattern_shows_whole_strips_beside_and_across_seams(void **ignore
 		append(&request, "]}}");
 		compute(&bench, request.text);
 		read_answer(&bench, &answer);
-		double whole = 0, drawn = drawn_strips(bench.output.artifacts[1].bytes);
+		double whole = 0, drawn = drawn_area(bench.output.artifacts[1].bytes, "strips");
 		for (uint32_t b = 0; b < answer.count; b++) {
 			double area;
 			GEOSArea(answer.branch[b].strip, &area);
@@ -528,6 +528,33 @@ static void the_pattern_shows_whole_strips_beside_and_across_seams(void **ignore
 		forget_answer(&answer);
 		tear_down(&bench);
 	}
+}
+
+/* A ring of faces around one that is not kept out, across the seam. */
+static void the_pattern_shows_what_is_kept_out(void **ignored)
+{
+	(void)ignored;
+	struct bench bench;
+	struct request request = {.used = 0};
+	double area = 0;
+	set_up(&bench, COLUMNS / 2, 0.25);
+	append(&request, "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}],\"constraints\":{\"keep_out\":[{\"faces\":[",
+	       at(3, 10), at(COLUMNS - 3, 10));
+	for (uint32_t f = 0, any = 0; f < bench.garment.face_count; f++) {
+		uint32_t column = f / 2 % COLUMNS, row = f / 2 / COLUMNS;
+		if (column < 17 || column > 23 || row < 8 || row > 12 || (column == 18 && row == 10))
+			continue;
+		append(&request, "%s%u", any++ ? "," : "", f);
+		const uint32_t *vertex = &bench.garment.face_vertex[3 * (size_t)f];
+		const double *a = &bench.garment.position[3 * (size_t)vertex[0]];
+		const double *b = &bench.garment.position[3 * (size_t)vertex[1]];
+		const double *c = &bench.garment.position[3 * (size_t)vertex[2]];
+		area += ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
+	}
+	append(&request, "]}]}}");
+	compute(&bench, request.text);
+	assert_near(drawn_area(bench.output.artifacts[1].bytes, "keep-outs"), area, 0.1);
+	tear_down(&bench);
 }
 
 /* --- corners of pieces -------------------------------------------------------------------------------------------- */
@@ -632,6 +659,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(what_breaks_a_rule_is_named_and_nothing_else),
 		cmocka_unit_test(the_pattern_shows_whole_strips_beside_and_across_seams),
+		cmocka_unit_test(the_pattern_shows_what_is_kept_out),
 		cmocka_unit_test(a_wire_goes_around_a_corner_of_four_pieces),
 		cmocka_unit_test(a_corner_that_is_the_only_way_is_passed_and_named),
 	};
