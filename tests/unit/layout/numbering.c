@@ -29,7 +29,7 @@ struct suit {
 	struct field field;
 	double *mean[MOTIONS];
 	char *motion[MOTIONS]; /* PC2 bytes */
-	size_t motion_size;
+	size_t motion_size[MOTIONS];
 	struct byte_memory memory;
 	uint32_t *vertex_to, *face_to; /* where those of the first suit are */
 	uint8_t *turn;                 /* by how much the corners of a face of the first suit were turned */
@@ -96,13 +96,36 @@ static void move(const double x[3], int motion, int frame, float out[3])
 	out[2] = (float)(x[2] + bend * x[1] * x[1] / 4 + 15 * t * sin(x[1] / 150 + motion));
 }
 
+/* Recorded frames of the first suit, [frames][vertex_count][3]; made up where there are none. */
+struct recording {
+	const float *frames;
+	uint32_t count;
+};
+
+static void take_recordings(struct suit *suit, const struct recording *recording)
+{
+	const struct garment *g = &suit->garment;
+	size_t floats = 3 * (size_t)g->vertex_count;
+	for (int m = 0; m < MOTIONS; m++) {
+		suit->motion_size[m] = PC2_HEADER_BYTES + recording[m].count * floats * sizeof(float);
+		suit->motion[m] = malloc(suit->motion_size[m]);
+		assert_non_null(suit->motion[m]);
+		float *out = (float *)(void *)(suit->motion[m] +
+					       pc2_write_header(suit->motion[m], g->vertex_count, recording[m].count));
+		for (uint32_t j = 0; j < recording[m].count; j++)
+			for (size_t v = 0; v < g->vertex_count; v++)
+				memcpy(out + j * floats + 3 * (size_t)suit->vertex_to[v],
+				       recording[m].frames + j * floats + 3 * v, 3 * sizeof(float));
+	}
+}
+
 static void make_motions(struct suit *suit)
 {
 	const struct garment *g = &suit->garment;
 	size_t floats = 3 * (size_t)g->vertex_count;
-	suit->motion_size = PC2_HEADER_BYTES + FRAMES * floats * sizeof(float);
 	for (int m = 0; m < MOTIONS; m++) {
-		suit->motion[m] = malloc(suit->motion_size);
+		suit->motion_size[m] = PC2_HEADER_BYTES + FRAMES * floats * sizeof(float);
+		suit->motion[m] = malloc(suit->motion_size[m]);
 		assert_non_null(suit->motion[m]);
 		float *out =
 			(float *)(void *)(suit->motion[m] + pc2_write_header(suit->motion[m], g->vertex_count, FRAMES));
@@ -115,7 +138,7 @@ static void make_motions(struct suit *suit)
 static enum tw_status open_frames(void *context, uint32_t motion, struct motion_reader **reader, struct tw_error *error)
 {
 	struct suit *suit = context;
-	suit->memory = (struct byte_memory){.bytes = suit->motion[motion], .size = suit->motion_size};
+	suit->memory = (struct byte_memory){.bytes = suit->motion[motion], .size = suit->motion_size[motion]};
 	struct byte_source source = byte_source_memory(&suit->memory);
 	return motion_open(reader, &source, MOTION_SNIFF, UNIT_MM, suit->garment.vertex_count, error);
 }
@@ -302,15 +325,18 @@ static void expect_same(const json_t *a, const json_t *b, const char *path)
 	}
 }
 
-static void expect_no_numbering(const struct garment *first, const char *options_text, uint32_t terminals,
-				const unsigned *what, size_t count)
+static void expect_no_numbering(const struct garment *first, const struct recording *recording,
+				const char *options_text, uint32_t terminals, const unsigned *what, size_t count)
 {
 	struct field_options options;
 	struct suit base = {0};
 	uint64_t random = 5;
 	field_options_defaults(&options, FIELD_PRESET_NONE);
 	shuffle(&base, first, 0, 1);
-	make_motions(&base);
+	if (recording)
+		take_recordings(&base, recording);
+	else
+		make_motions(&base);
 	make_field(&base, &options);
 	uint32_t *plain = permutation(base.arena, terminals, false, &random);
 	lay_out(&base, first, options_text, plain, terminals);
@@ -318,7 +344,10 @@ static void expect_no_numbering(const struct garment *first, const char *options
 	for (size_t i = 0; i < count; i++) {
 		struct suit other = {0};
 		shuffle(&other, first, what[i], 77 + i);
-		make_motions(&other);
+		if (recording)
+			take_recordings(&other, recording);
+		else
+			make_motions(&other);
 		make_field(&other, &options);
 		assert_true(other.field.scale == base.field.scale);
 		for (uint32_t f = 0; f < first->face_count; f++)
@@ -339,8 +368,61 @@ static void a_suit_in_any_order_has_the_same_layout(void **state)
 	struct arena *arena = arena_new(0);
 	struct garment garment;
 	assert_int_equal(sample_garment(&garment, arena, 3000, SAMPLE_L, NULL), TW_OK);
-	expect_no_numbering(&garment, "{}", TERMINALS, what, sizeof what / sizeof *what);
-	expect_no_numbering(&garment, "{\"baseline\":\"length\",\"eta\":\"auto\"}", 5, what + 6, 1);
+	expect_no_numbering(&garment, NULL, "{}", TERMINALS, what, sizeof what / sizeof *what);
+	expect_no_numbering(&garment, NULL, "{\"baseline\":\"length\",\"eta\":\"auto\"}", 5, what + 6, 1);
+	arena_free(arena);
+}
+
+/* A file of DATA; NULL where it is not there. */
+static char *read_data(const char *path, size_t *size)
+{
+	char name[512];
+	const char *data = getenv("DATA");
+	snprintf(name, sizeof name, "%s/%s", data ? data : "", path);
+	FILE *file = data ? fopen(name, "rb") : NULL;
+	if (!file)
+		return NULL;
+	assert_int_equal(fseek(file, 0, SEEK_END), 0);
+	*size = (size_t)ftell(file);
+	rewind(file);
+	char *bytes = malloc(*size + 1);
+	assert_non_null(bytes);
+	assert_int_equal(fread(bytes, 1, *size, file), *size);
+	fclose(file);
+	return bytes;
+}
+
+static void a_real_suit_in_any_order_has_the_same_layout(void **state)
+{
+	(void)state;
+	static const unsigned what[] = {VERTICES | FACES | ORDER, ALL};
+	static const char *const paths[MOTIONS] = {"motions/L_coarse/back_squat.pc2", "motions/L_coarse/hook.pc2"};
+	size_t size;
+	char *bytes = read_data("suits/L_coarse/suit.obj", &size), *motion[MOTIONS];
+	if (!bytes)
+		skip();
+	struct garment_source source = {bytes, size, MESH_OBJ, NULL};
+	struct import_options options;
+	struct garment_report report;
+	struct tw_error error = {0};
+	struct garment garment;
+	struct recording recording[MOTIONS];
+	struct arena *arena = arena_new(0);
+	option_defaults(&import_option_table, &options);
+	if (garment_import(&garment, arena, &source, NULL, &options, &report, &error))
+		fail_msg("%s: %s", error.where, error.text);
+	for (int m = 0; m < MOTIONS; m++) {
+		motion[m] = read_data(paths[m], &size);
+		assert_non_null(motion[m]);
+		recording[m] = (struct recording){
+			(const float *)(const void *)(motion[m] + PC2_HEADER_BYTES),
+			(uint32_t)((size - PC2_HEADER_BYTES) / (3 * sizeof(float) * garment.vertex_count))};
+		assert_true(recording[m].count >= 30);
+	}
+	expect_no_numbering(&garment, recording, "{}", TERMINALS, what, sizeof what / sizeof *what);
+	for (int m = 0; m < MOTIONS; m++)
+		free(motion[m]);
+	free(bytes);
 	arena_free(arena);
 }
 
@@ -348,6 +430,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(a_suit_in_any_order_has_the_same_layout),
+		cmocka_unit_test(a_real_suit_in_any_order_has_the_same_layout),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
