@@ -113,11 +113,12 @@ isa.x86_64 := avx2 avx512
 isa_flags.avx2 := -mavx2 -mfma
 isa_flags.avx512 := -mavx512f -mavx512vl -mavx512dq -mavx512bw -mfma
 isas := base $(isa.$(shell uname -m))
-$(out)/tests/isa/%.o: tests/isa/kernels.c
+isa_objects := $(patsubst %,$(out)/tests/isa/%.o,$(isas))
+$(isa_objects): $(out)/tests/isa/%.o: tests/isa/kernels.c
 	@mkdir -p $(@D)
 	@$(if $(Q),echo "  CC  $< ($*)",:)
 	$(Q)$(CC) $(CFLAGS_ALL) -DISA=$* $(isa_flags.$*) -c $< -o $@
-$(out)/libisa.a: $(patsubst %,$(out)/tests/isa/%.o,$(isas))
+$(out)/libisa.a: $(isa_objects)
 	$(Q)rm -f $@ && ar rcsD $@ $^
 
 # Tests and benches may use every room but service's main.

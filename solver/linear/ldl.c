@@ -14,6 +14,9 @@
 
 #define NONE UINT32_MAX
 
+/* Some 5 ms. */
+enum { POLL_OPERATIONS = 5000000 };
+
 /* The upper triangle in elimination order: the entries (i, k), i < k, of column k. */
 struct upper {
 	uint32_t *first; /* [n + 1] */
@@ -105,8 +108,11 @@ static void grow_tree(struct ldl *ldl, const struct upper *upper, uint32_t *pare
 				mark[i] = k;
 			}
 	}
-	for (uint32_t k = 0; k < ldl->n; k++)
+	ldl->operations = 0;
+	for (uint32_t k = 0; k < ldl->n; k++) {
+		ldl->operations += (uint64_t)ldl->first[k + 1] * ldl->first[k + 1];
 		ldl->first[k + 1] += ldl->first[k];
+	}
 }
 
 enum tw_status ldl_analyse(struct ldl *ldl, struct arena *arena, const struct ldl_graph *graph, size_t entries_most)
@@ -185,8 +191,30 @@ static void factorise_row(struct ldl *ldl, const struct rows *rows, uint32_t k, 
 	sum[k] = 0;
 }
 
+/* The rows in turn. */
+static enum tw_status factorise_rows(struct ldl *ldl, const struct rows *rows, const struct upper *upper,
+				     const double *weight, uint32_t held, ldl_goes_on *goes_on, void *context)
+{
+	uint64_t done = 0;
+	for (uint32_t k = 0; k < ldl->n; k++) {
+		const uint32_t top = list_row(upper, rows->parent, k, ldl->n, rows->mark, rows->pattern);
+		for (uint32_t a = upper->first[k]; a < upper->first[k + 1]; a++)
+			if (k != held && upper->row[a] != held)
+				rows->sum[upper->row[a]] -= weight[upper->edge[a]];
+		for (uint32_t t = top; t < ldl->n; t++)
+			done += 1 + rows->end[rows->pattern[t]] - ldl->first[rows->pattern[t]];
+		factorise_row(ldl, rows, k, top);
+		if (!goes_on || done < POLL_OPERATIONS)
+			continue;
+		if (!goes_on(context, done))
+			return TW_ERROR_CANCELLED;
+		done = 0;
+	}
+	return TW_OK;
+}
+
 enum tw_status ldl_factorise(struct ldl *ldl, struct arena *scratch, const struct ldl_graph *graph,
-			     const double *weight, uint32_t ground)
+			     const double *weight, uint32_t ground, ldl_goes_on *goes_on, void *context)
 {
 	const uint32_t n = ldl->n, held = ldl->rank[ground];
 	const struct arena_mark mark = arena_mark(scratch);
@@ -202,13 +230,7 @@ enum tw_status ldl_factorise(struct ldl *ldl, struct arena *scratch, const struc
 			rows.diagonal[ldl->rank[graph->ends[i]]] += weight[i / 2];
 		rows.diagonal[held] = 1;
 		memset(rows.mark, 0xff, n * sizeof *rows.mark);
-		for (uint32_t k = 0; k < n; k++) {
-			const uint32_t top = list_row(&upper, rows.parent, k, n, rows.mark, rows.pattern);
-			for (uint32_t a = upper.first[k]; a < upper.first[k + 1]; a++)
-				if (k != held && upper.row[a] != held)
-					rows.sum[upper.row[a]] -= weight[upper.edge[a]];
-			factorise_row(ldl, &rows, k, top);
-		}
+		status = factorise_rows(ldl, &rows, &upper, weight, held, goes_on, context);
 	}
 	arena_release(scratch, mark);
 	return status;

@@ -9,6 +9,8 @@
 #include "solver/linear/lanes.h"
 #include "tightwire.h"
 
+#include <stdbool.h>
+
 /* All arrays are borrowed from the arena. */
 struct ldl {
 	uint32_t n;
@@ -17,7 +19,11 @@ struct ldl {
 	uint32_t *row;  /* [first[n]] */
 	float *value;   /* [first[n]] */
 	float *inverse; /* [n] of D */
+	uint64_t operations; /* multiplications that a factorisation takes, about */
 };
+
+/* Told now and then how many operations were done since the last time; false: it is to stop. */
+typedef bool ldl_goes_on(void *context, uint64_t operations);
 
 /* A graph: edge e joins ends[2e] and ends[2e + 1], which differ. Parallel edges are allowed. */
 struct ldl_graph {
@@ -33,9 +39,9 @@ enum tw_status ldl_analyse(struct ldl *ldl, struct arena *arena, const struct ld
 
 /* Factorises the Laplacian with the edges' weights `weight` [edge_count] > 0, in which vertex `ground` is held at 0:
  * its row and column are those of the identity, so that the matrix is definite when the graph is connected. `scratch`
- * is released again. TW_ERROR_MEMORY. */
+ * is released again. `goes_on` may be NULL. TW_ERROR_MEMORY; TW_ERROR_CANCELLED when goes_on said so. */
 enum tw_status ldl_factorise(struct ldl *ldl, struct arena *scratch, const struct ldl_graph *graph,
-			     const double *weight, uint32_t ground) TW_NODISCARD;
+			     const double *weight, uint32_t ground, ldl_goes_on *goes_on, void *context) TW_NODISCARD;
 
 /* Solves for the right-hand sides first…end-1 (multiples of LANES_BLOCK) in place: x[rank * stride + column]. Reads
  * only what is shared, so that threads may solve for other columns at the same time. */

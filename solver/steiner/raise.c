@@ -70,6 +70,17 @@ static enum tw_status split(struct raise *raise, struct search *search, struct d
 	return status;
 }
 
+/* Of a limit of work, as much is left as a split takes: without one, iterations are for nothing. */
+static uint32_t affordable_iterations(const struct raise *raise, const struct search *search)
+{
+	const uint64_t limit = search->options->work_limit;
+	if (!limit)
+		return ITERATIONS;
+	const uint64_t split = flow_split_work(raise->flow), left = limit > search->work ? limit - search->work : 0;
+	const uint64_t most = left > split ? (left - split) / flow_work(raise->flow) : 0;
+	return most < ITERATIONS ? (uint32_t)most : ITERATIONS;
+}
+
 static enum tw_status raise_by_flow(struct raise *raise, struct search *search, struct dual *dual)
 {
 	enum tw_status status = TW_OK;
@@ -78,7 +89,10 @@ static enum tw_status raise_by_flow(struct raise *raise, struct search *search, 
 		if ((uint64_t)flow_edges(raise->flow) * SHRUNK_PERCENT > (uint64_t)search->instance.edge_count * 100 &&
 		    flow_shrink(&raise->flow, search, dual) == TW_ERROR_CANCELLED)
 			return TW_ERROR_CANCELLED;
-		status = flow_iterate(raise->flow, search, ITERATIONS);
+		const uint32_t iterations = affordable_iterations(raise, search);
+		if (!iterations)
+			break;
+		status = flow_iterate(raise->flow, search, iterations);
 		if (status == TW_OK)
 			status = split(raise, search, dual);
 		const fine_t gain = dual_fine_bound(dual) - before;
@@ -95,9 +109,13 @@ enum tw_status raise_bound(struct raise *raise, struct search *search, struct du
 	enum tw_status status = shrink(search, dual);
 	if (status != TW_OK || search_is_proven(search))
 		return status;
-	if (!raise->flow && !raise->has_no_flow)
-		raise->has_no_flow =
-			!search_uses(search, STEINER_FLOW) || flow_new(&raise->flow, search, dual) != TW_OK;
+	if (!raise->flow && !raise->has_no_flow) {
+		status =
+			search_uses(search, STEINER_FLOW) ? flow_new(&raise->flow, search, dual) : TW_ERROR_UNSUPPORTED;
+		if (status == TW_ERROR_CANCELLED)
+			return status;
+		raise->has_no_flow = !raise->flow;
+	}
 	if (raise->flow) {
 		status = raise_by_flow(raise, search, dual);
 		if (status != TW_ERROR_MEMORY)

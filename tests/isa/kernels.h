@@ -6,7 +6,8 @@
 
 #define ISA_KERNELS(isa)                                                                                               \
 	enum tw_status ldl_factorise_##isa(struct ldl *ldl, struct arena *scratch, const struct ldl_graph *graph,      \
-					   const double *weight, uint32_t ground);                                     \
+					   const double *weight, uint32_t ground, ldl_goes_on *goes_on,                \
+					   void *context);                                                             \
 	void ldl_solve_##isa(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end);          \
 	void flow_sweep_##isa(struct flow *flow, float shrink, unsigned threads);
 

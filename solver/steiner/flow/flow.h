@@ -21,7 +21,8 @@
 struct flow;
 
 /* Sets up a flow for search->instance with the root and the costs of `dual`, which it does not keep. Everything is
- * allocated from search->arena. TW_ERROR_MEMORY: it does not fit, or its factor would be too dense to be worth it. */
+ * allocated from search->arena. TW_ERROR_MEMORY: it does not fit, or its factor would be too dense to be worth it.
+ * TW_ERROR_LIMIT: too little is left of a limit of work. TW_ERROR_CANCELLED: the search must stop. */
 enum tw_status flow_new(struct flow **flow, struct search *search, const struct dual *dual) TW_NODISCARD;
 
 /* Some iterations. TW_ERROR_CANCELLED between two of them when the search must stop. */
@@ -33,13 +34,15 @@ enum tw_status flow_iterate(struct flow *flow, struct search *search, uint32_t i
 enum tw_status flow_split(struct flow *flow, struct search *search, struct dual *dual) TW_NODISCARD;
 
 /* Carries the flow over to search->instance, which has lost edges by deletion (not by reductions) since it was set up.
- * TW_ERROR_MEMORY: *flow is as before. */
+ * After TW_ERROR_MEMORY, TW_ERROR_LIMIT and TW_ERROR_CANCELLED *flow is as before. */
 enum tw_status flow_shrink(struct flow **flow, struct search *search, const struct dual *dual) TW_NODISCARD;
 
-/* Edges that the flow was set up for; about how many members its balls will have; the work of an iteration. */
+/* Edges that the flow was set up for; about how many members its balls will have; the work of an iteration,
+ * and about that of a split. */
 uint32_t flow_edges(const struct flow *flow);
 size_t flow_members(const struct flow *flow);
 uint64_t flow_work(const struct flow *flow);
+uint64_t flow_split_work(const struct flow *flow);
 
 /* The share of each edge's cost that the flow has a price on, 0 to 1: near 1 where trees of the optimum run. cost
  * [edge_count of search->instance] becomes the weights less most of that share: for a heuristic. */

@@ -18,6 +18,9 @@ enum { ENTRIES_FOR_A_VERTEX = 120 };
 enum { LARGE_VERTICES = 60000, HUGE_VERTICES = 400000 };
 static const float omega_first = 0.1f, omega_large = 0.05f, omega_huge = 0.02f;
 
+/* A factorisation's operations take 1 ns, a unit of work 10. Of a limit of work, this many iterations must be left. */
+enum { OPERATIONS_FOR_A_UNIT = 10, LEAST_ITERATIONS = 40 };
+
 /* 1.2 GB: 723,000 vertices with 36 terminals take half of it. */
 enum { FLOATS_MOST = 300000000 };
 
@@ -71,6 +74,11 @@ static enum tw_status order_edges(struct flow *flow, struct search *search)
 	return status;
 }
 
+static bool count_work(void *search, uint64_t operations)
+{
+	return search_spend(search, operations / OPERATIONS_FOR_A_UNIT);
+}
+
 static enum tw_status factorise(struct flow *flow, struct search *search, const struct ldl_graph *graph,
 				const struct dual *dual)
 {
@@ -87,7 +95,8 @@ static enum tw_status factorise(struct flow *flow, struct search *search, const 
 			weight[e] = 1 / (cost > least ? cost : least);
 			flow->inverse[flow->slot[e]] = (float)weight[e];
 		}
-		status = ldl_factorise(&flow->ldl, search->arena, graph, weight, instance->terminal[flow->root]);
+		status = ldl_factorise(&flow->ldl, search->arena, graph, weight, instance->terminal[flow->root],
+				       count_work, search);
 	}
 	arena_release(search->arena, mark);
 	return status;
@@ -100,6 +109,13 @@ static bool fits(const struct flow *flow, const struct search *search)
 	const size_t floats = ((size_t)flow->edge_count + 2 * (size_t)flow->vertex_count) * flow->stride;
 	const size_t limit = search->options->memory_limit, used = arena_used(search->arena);
 	return floats <= FLOATS_MOST && (!limit || (used < limit && floats * sizeof(float) <= (limit - used) / 2));
+}
+
+/* Whether a search with a limit of work lives to see a bound. */
+static bool pays(const struct flow *flow, const struct search *search)
+{
+	const uint64_t limit = search->options->work_limit, factor = flow->ldl.operations / OPERATIONS_FOR_A_UNIT;
+	return !limit || search->work + factor + LEAST_ITERATIONS * flow_work(flow) < limit;
 }
 
 static enum tw_status set_up(struct flow *flow, struct search *search, const struct dual *dual)
@@ -120,6 +136,8 @@ static enum tw_status set_up(struct flow *flow, struct search *search, const str
 		return TW_ERROR_MEMORY;
 	enum tw_status status =
 		ldl_analyse(&flow->ldl, search->arena, &graph, (size_t)instance->vertex_count * ENTRIES_FOR_A_VERTEX);
+	if (status == TW_OK && !pays(flow, search))
+		status = TW_ERROR_LIMIT;
 	if (status == TW_OK)
 		status = allocate(flow, search->arena);
 	if (status == TW_OK)
@@ -129,7 +147,7 @@ static enum tw_status set_up(struct flow *flow, struct search *search, const str
 	flow->ground = status == TW_OK ? flow->ldl.rank[instance->terminal[flow->root]] : 0;
 	for (uint32_t i = 0; i < flow->commodity_count && status == TW_OK; i++)
 		flow->sink[i] = flow->ldl.rank[instance->terminal[flow_terminal(flow, i)]];
-	search->work += 4 * ldl_entries(&flow->ldl);
+	search->work += flow->edge_count;
 	return status;
 }
 
@@ -178,6 +196,11 @@ enum tw_status flow_shrink(struct flow **flow, struct search *search, const stru
 uint32_t flow_edges(const struct flow *flow)
 {
 	return flow->edge_count;
+}
+
+uint64_t flow_split_work(const struct flow *flow)
+{
+	return (uint64_t)flow->commodity_count * (flow->edge_count + 4 * (uint64_t)flow->vertex_count);
 }
 
 /* A ball that reaches the root holds about half of the graph. */

@@ -36,7 +36,7 @@ static void make_system(struct system *s, struct arena *arena, uint64_t seed)
 	s->ground = random_below(&numbers, s->c.vertex_count);
 	assert_int_equal(ldl_analyse(&s->ldl, arena, &s->graph, SIZE_MAX), TW_OK);
 	const size_t used = arena_used(arena);
-	assert_int_equal(ldl_factorise(&s->ldl, arena, &s->graph, s->weight, s->ground), TW_OK);
+	assert_int_equal(ldl_factorise(&s->ldl, arena, &s->graph, s->weight, s->ground, NULL, NULL), TW_OK);
 	assert_int_equal(arena_used(arena), used);
 }
 

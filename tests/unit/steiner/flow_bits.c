@@ -8,7 +8,8 @@ enum { MESHES = 6, ITERATIONS = 45, PERIOD = 10 };
 struct kernels {
 	const char *name;
 	bool (*is_there)(void);
-	enum tw_status (*factorise)(struct ldl *, struct arena *, const struct ldl_graph *, const double *, uint32_t);
+	enum tw_status (*factorise)(struct ldl *, struct arena *, const struct ldl_graph *, const double *, uint32_t,
+				    ldl_goes_on *, void *);
 	void (*solve)(const struct ldl *, float *, uint32_t, uint32_t, uint32_t);
 	void (*sweep)(struct flow *, float, unsigned);
 };
@@ -69,7 +70,8 @@ static struct bits run(const struct kernels *k, uint64_t seed, unsigned threads)
 	double weight[CASE_EDGES];
 	for (uint32_t e = 0; e < instance->edge_count; e++)
 		weight[e] = flow->inverse[flow->slot[e]];
-	assert_int_equal(k->factorise(&flow->ldl, s.arena, &graph, weight, instance->terminal[dual.root]), TW_OK);
+	assert_int_equal(k->factorise(&flow->ldl, s.arena, &graph, weight, instance->terminal[dual.root], NULL, NULL),
+			 TW_OK);
 	for (uint32_t i = 1; i <= ITERATIONS; i++) {
 		for (uint32_t c = 0; c < flow->commodity_count; c++)
 			flow->next[(size_t)flow->sink[c] * flow->stride + c] -= 1 / flow->omega;
