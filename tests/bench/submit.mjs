@@ -2,6 +2,7 @@
 // waits for the disk that takes, and how long one waits where 200 a second come and a worker is busy. A client is a
 // bare connection that is kept open; what takes the time is the service.
 //   TIGHTWIRE  the binary     SECONDS  of each part, 5 unless told otherwise
+//   SLOW_DISK  a library that is loaded before the C library, and makes the disk slow: then only what depends on it
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { connect } from 'node:net';
@@ -12,6 +13,7 @@ const seconds = Number(process.env.SECONDS ?? 5);
 const folder = mkdtempSync(join(tmpdir(), 'tightwire-submit-'));
 const store = `sqlite:${join(folder, 'store.db')}`;
 const tightwire = process.env.TIGHTWIRE;
+const slow = process.env.SLOW_DISK;
 const now = () => Number(process.hrtime.bigint()) / 1e6;
 const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
@@ -22,7 +24,9 @@ function line(name, value, unit, goal) {
 }
 
 async function start(...args) {
-  const child = spawn(tightwire, ['serve', '--listen', '127.0.0.1:0', '--store', store, '--log-level', 'error', ...args]);
+  const child = spawn(tightwire, ['serve', '--listen', '127.0.0.1:0', '--store', store, '--log-level', 'error', ...args], {
+    env: slow ? { ...process.env, LD_PRELOAD: slow } : process.env,
+  });
   let out = '';
   child.stdout.on('data', (bytes) => (out += bytes));
   child.stderr.on('data', (bytes) => process.stderr.write(bytes));
@@ -106,9 +110,10 @@ async function flatOut(port, field) {
     }),
   );
   if (failed) console.log(`${failed} requests failed: ${last}`);
-  line('submits of 32 clients, kept', kept / seconds, '/s', -1500);
-  line('submits of 32 clients: p99', percentile(times, 0.99), 'ms');
-  line('waits for the disk a submit', ((await syncs(port)) - before) / kept, '');
+  const disk = slow ? ', disk + 5 ms' : '';
+  line(`submits of 32 clients${disk}`, kept / seconds, '/s', -1500);
+  line(`p99 of 32 clients${disk}`, percentile(times, 0.99), 'ms');
+  line(`waits for the disk a submit${disk}`, ((await syncs(port)) - before) / kept, '');
 }
 
 // At fixed times, whatever the answers do; the waiting for a free client counts.
@@ -137,6 +142,12 @@ async function steady(port, field, rate) {
 const alone = await start('--workers', '0');
 const field = await prepare(alone.port);
 await flatOut(alone.port, field);
+if (slow) {
+  alone.child.kill('SIGTERM');
+  await new Promise((done) => alone.child.on('exit', done));
+  rmSync(folder, { recursive: true, force: true });
+  process.exit(0);
+}
 line('submit at 200/s: p99, no worker', percentile(await steady(alone.port, field, 200), 0.99), 'ms', 25);
 const live = [];
 const watch = setInterval(async () => {

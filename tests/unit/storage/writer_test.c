@@ -4,14 +4,29 @@
 #include "storage/gate.h"
 #include "storage/sql.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <sys/mman.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <time.h>
 
 enum { THREADS = 12, EACH = 40 };
+
+/* The disk: this takes the place of the C library's, for SQLite too. */
+static atomic_int syncs_that_fail;
+
+int fdatasync(int file)
+{
+	if (atomic_load(&syncs_that_fail) > 0) {
+		atomic_fetch_sub(&syncs_that_fail, 1);
+		errno = EIO;
+		return -1;
+	}
+	return (int)syscall(SYS_fdatasync, file);
+}
 
 static int64_t monotonic_ms(void)
 {
@@ -170,6 +185,52 @@ static void a_read_never_waits_for_a_write(void **state)
 	assert_true(monotonic_ms() - start < 5000); /* a write would have waited for ten seconds and failed */
 	atomic_store(&held, 2);
 	pthread_join(holder.thread, NULL);
+}
+
+/* --- a disk that fails ------------------------------------------------------------------------------------------ */
+
+/* How many jobs the file holds without its log. */
+static int64_t jobs_in_the_file_alone(struct fixture *f)
+{
+	char command[400], path[160];
+	sqlite3 *db = NULL;
+	sqlite3_stmt *statement = NULL;
+	snprintf(path, sizeof path, "%s/alone.db", f->directory);
+	snprintf(command, sizeof command, "cp %s %s", f->path, path);
+	assert_int_equal(system(command), 0);
+	assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+	assert_int_equal(sqlite3_prepare_v2(db, "SELECT count(*) FROM job", -1, &statement, NULL), SQLITE_OK);
+	assert_int_equal(sqlite3_step(statement), SQLITE_ROW);
+	int64_t count = sqlite3_column_int64(statement, 0);
+	sqlite3_finalize(statement);
+	sqlite3_close(db);
+	return count;
+}
+
+/* After a write that the disk did not confirm, what follows it in the log may be lost with it: nothing is acknowledged
+ * before all of the log has been copied, and begun anew. */
+static void what_the_disk_did_not_confirm_is_not_acknowledged(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	struct resource resource;
+	enum resource_outcome outcome;
+	struct resource_draft draft = {.kind = RESOURCE_LAYOUT};
+	assert_int_equal(sqlite3_exec(f->oracle, "PRAGMA wal_checkpoint(TRUNCATE)", NULL, NULL, NULL), SQLITE_OK);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	assert_int_equal(jobs_in_the_file_alone(f), 0);
+	atomic_store(&syncs_that_fail, 1);
+	refused(f, resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_IO, "store-io");
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	assert_int_equal(jobs_in_the_file_alone(f), 2); /* all but the last, which is in a log begun anew */
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job"), 3);
+	/* A disk that goes on failing: nothing is. */
+	atomic_store(&syncs_that_fail, 1000000);
+	for (int i = 0; i < 3; i++)
+		assert_int_equal(resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_IO);
+	atomic_store(&syncs_that_fail, 0);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	fixture_is_sound(f);
 }
 
 /* --- large results ---------------------------------------------------------------------------------------------- */
@@ -397,6 +458,7 @@ int main(void)
 		TEST(many_threads_share_commits_and_a_failing_one_is_rolled_back_alone),
 		TEST(who_comes_first_is_served_first),
 		TEST(a_read_never_waits_for_a_write),
+		TEST(what_the_disk_did_not_confirm_is_not_acknowledged),
 		TEST(others_write_while_a_large_result_is_stored),
 		TEST(a_large_result_that_nobody_wants_leaves_nothing),
 		TEST(nothing_is_written_into_a_store_that_was_deleted_or_replaced),
