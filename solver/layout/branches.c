@@ -92,6 +92,7 @@ static void walk(const struct cutter *cutter, uint32_t end, uint32_t edge, struc
 	branch->node[0] = node;
 	for (;;) {
 		node = other_end(cutter->network, edge, node);
+		assert(branch->edge_count < cutter->half_count / 2); /* a tree's walk ends */
 		branch->edge[branch->edge_count++] = edge;
 		branch->node[branch->edge_count] = node;
 		if (cutter->end_of[node] != GARMENT_NONE)

@@ -2,6 +2,7 @@
  * remesh.c's business. */
 #include "solver/sample/surface.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -99,6 +100,7 @@ bool surface_compact(struct surface *surface, struct arena *arena)
 int surface_corner_of(const struct surface *surface, uint32_t face, uint32_t vertex)
 {
 	const uint32_t *corner = surface->corner[face];
+	assert(corner[0] == vertex || corner[1] == vertex || corner[2] == vertex);
 	return corner[0] == vertex ? 0 : corner[1] == vertex ? 1 : 2;
 }
 
@@ -148,6 +150,7 @@ bool surface_joined(const struct surface *surface, uint32_t a, uint32_t b)
 static int side_towards(const struct surface *surface, uint32_t face, uint32_t other)
 {
 	const uint32_t *neighbour = surface->neighbour[face];
+	assert(neighbour[0] == other || neighbour[1] == other || neighbour[2] == other);
 	return neighbour[0] == other ? 0 : neighbour[1] == other ? 1 : 2;
 }
 
@@ -160,6 +163,7 @@ static void relink(struct surface *surface, uint32_t face, uint32_t old, uint32_
 /* Puts a new face (m, b, c) beyond the cut of (a, b, c) at m on side a b; returns it. */
 static uint32_t split_face(struct surface *surface, uint32_t face, int side, uint32_t m)
 {
+	assert(surface->face_count < surface->face_capacity);
 	uint32_t half = surface->face_count++;
 	uint32_t b = surface->corner[face][corner_next(side)], c = surface->corner[face][corner_previous(side)];
 	uint32_t beyond = surface->neighbour[face][corner_next(side)];
@@ -202,9 +206,11 @@ uint32_t surface_split(struct surface *surface, uint32_t face, int side, struct 
 void surface_flip(struct surface *surface, uint32_t face, int side)
 {
 	uint32_t other = surface->neighbour[face][side];
+	assert(other != SURFACE_NONE);
 	int back = side_towards(surface, other, face);
 	uint32_t a = surface->corner[face][side], b = surface->corner[face][corner_next(side)];
 	uint32_t c = surface->corner[face][corner_previous(side)], d = surface->corner[other][corner_previous(back)];
+	assert(!surface_joined(surface, c, d));
 	uint32_t bc = surface->neighbour[face][corner_next(side)], ca = surface->neighbour[face][corner_previous(side)];
 	uint32_t ad = surface->neighbour[other][corner_next(back)],
 		 db = surface->neighbour[other][corner_previous(back)];
@@ -237,6 +243,7 @@ void surface_collapse(struct surface *surface, uint32_t face, int side)
 	int back = other == SURFACE_NONE ? 0 : side_towards(surface, other, face);
 	bool closed;
 	uint32_t count = surface_ring(surface, b, ring, &closed);
+	assert(count < SURFACE_RING);
 	for (uint32_t i = 0; i < count; i++)
 		surface->corner[ring[i]][surface_corner_of(surface, ring[i], b)] = a;
 	close_face(surface, face, side);
