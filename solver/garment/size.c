@@ -123,8 +123,12 @@ static bool is_unit_square(const struct garment *garment, double mm)
 	return true;
 }
 
-static enum tw_status refuse_pattern_unit(const struct draft *draft, double ratio, int pattern_unit)
+/* `ratio`: worn area over the pattern's. Whichever of the two gets a unit in which the areas fit; the worn mesh where
+ * its size is not a usual one. */
+static enum tw_status refuse_pattern_unit(const struct draft *draft, double ratio, const struct import_options *options,
+					  bool usual_size)
 {
+	const int pattern_unit = options->pattern_unit;
 	const struct garment *garment = &draft->garment;
 	char hint[96] = "set unit and pattern_unit";
 	const double mm = pattern_unit == UNIT_SHEET ? 0 : units[pattern_unit].mm;
@@ -134,6 +138,10 @@ static enum tw_status refuse_pattern_unit(const struct draft *draft, double rati
 		double other = ratio * (mm / units[unit].mm) * (mm / units[unit].mm);
 		if (other > 0.25 && other < 4)
 			snprintf(hint, sizeof hint, "the pattern looks like %s: import it with pattern_unit = %s",
+				 units[unit].words, units[unit].name);
+		other = ratio * (units[unit].mm / units[options->unit].mm) * (units[unit].mm / units[options->unit].mm);
+		if (!usual_size && other > 0.25 && other < 4)
+			snprintf(hint, sizeof hint, "the worn mesh looks like %s: import it with unit = %s",
 				 units[unit].words, units[unit].name);
 	}
 	return tw_fail(draft->error, TW_ERROR_INPUT, "pattern-scale", "pattern_unit",
@@ -155,5 +163,6 @@ enum tw_status draft_check_scale(struct draft *draft, const struct import_option
 	double ratio = report->worn_area_mm2 / report->pattern_area_mm2;
 	if (!(report->pattern_area_mm2 > 0) || (ratio <= 25 && ratio >= 1.0 / 25))
 		return TW_OK;
-	return refuse_pattern_unit(draft, ratio, options->pattern_unit);
+	double length = extent_of(garment->position, garment->vertex_count, 3);
+	return refuse_pattern_unit(draft, ratio, options, length >= usual_least_mm && length <= usual_largest_mm);
 }

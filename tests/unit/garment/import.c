@@ -346,6 +346,8 @@ static void a_wrong_unit_is_named_with_the_right_one(void **state)
 		{1.7, 1.6, UNIT_M, UNIT_MM, "pattern-scale", "pattern_unit = m"},
 		{1700, 160, UNIT_MM, UNIT_MM, "pattern-scale", "pattern_unit = cm"},
 		{1700, 1600, UNIT_MM, UNIT_CM, "pattern-scale", "pattern_unit = mm"},
+		{170, 1600, UNIT_MM, UNIT_MM, "pattern-scale", "unit = cm"},
+		{4000, 380, UNIT_CM, UNIT_MM, "mesh-unit", "unit = mm"},
 		{1700, 0.2, UNIT_MM, UNIT_MM, "pattern-scale", "pattern_unit = sheet"},
 	};
 	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
