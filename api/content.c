@@ -75,7 +75,7 @@ static enum tw_status respond_blob(struct api_call *call, const struct blob *blo
 	const char *media_type = blob->role == BLOB_ARRAY ? "application/octet-stream" : blob->media_type;
 	char etag[33];
 	enum tw_status status = call_check_accept(call, media_type, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	sodium_bin2hex(etag, sizeof etag, blob->hash.bytes, 16);
 	if (call_is_unchanged(call, etag))
@@ -95,14 +95,14 @@ enum tw_status content_respond(struct api_call *call, enum resource_kind kind, e
 	struct blob blob;
 	const char *name = call->match.parameters[resource_kind_is_nested(kind) ? 2 : 1];
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = resource_find(call, kind, &resource, error);
-	if (!status && !job_state_has_result(resource.job.state))
+	if (status == TW_OK && !job_state_has_result(resource.job.state))
 		status = tw_fail(error, TW_ERROR_CONFLICT, "not-computed", NULL,
 				 "this is %s; its results are not there", job_state_name(resource.job.state));
-	if (!status)
+	if (status == TW_OK)
 		status = blob_find(call->store, resource.id, role, name, &blob, error);
-	if (!status)
+	if (status == TW_OK)
 		status = respond_blob(call, &blob, error);
 	resource_clear(&resource);
 	return status;

@@ -52,11 +52,11 @@ static enum tw_status refill(struct event_stream *events)
 		events->is_final = true;
 		return TW_OK;
 	}
-	if (!status && job.change != events->change) {
+	if (status == TW_OK && job.change != events->change) {
 		events->change = job.change;
 		events->is_final = job_state_is_final(job.state);
 		status = print_event(events, &job);
-	} else if (!status && call_now_ms() >= events->comment_at_ms) {
+	} else if (status == TW_OK && call_now_ms() >= events->comment_at_ms) {
 		status = set_text(events, strdup(":\n\n"));
 	}
 	job_clear(&job);
@@ -88,10 +88,10 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 {
 	struct job job = {0};
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = job_get(call->store, call->match.parameters[0], &job, error);
 	job_clear(&job);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	if (!call_may_hold(call))
 		return tw_fail(error, TW_ERROR_LIMIT, "too-many-waiting", NULL,

@@ -34,7 +34,7 @@ static enum tw_status parse_needs(struct field_request *request, struct tw_error
 {
 	const char *mesh = NULL;
 	enum tw_status status = json_get_text(request->body, "mesh", true, &mesh, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	const json_t *motions = json_object_get(request->body, "motions");
 	size_t count = json_array_size(motions);
@@ -71,7 +71,7 @@ static enum tw_status parse_options(struct field_request *request, struct tw_err
 	if (given && !json_is_object(given))
 		return tw_fail(error, TW_ERROR_INPUT, "json-type", "/options", "options must be an object");
 	enum tw_status status = given ? field_options_from_json(&values, given, "/options", error) : TW_OK;
-	if (status)
+	if (status != TW_OK)
 		return status;
 	json_t *json = option_to_json(&field_option_table, &values);
 	request->options = json ? json_dumps(json, JSON_COMPACT) : NULL;
@@ -82,13 +82,13 @@ static enum tw_status parse_options(struct field_request *request, struct tw_err
 static enum tw_status parse(struct field_request *request, const char *bytes, size_t size, struct tw_error *error)
 {
 	enum tw_status status = option_json_parse(&request->body, bytes, size, error);
-	if (!status)
+	if (status == TW_OK)
 		status = check_members(request->body, error);
-	if (!status)
+	if (status == TW_OK)
 		status = json_get_text(request->body, "name", false, &request->name, error);
-	if (!status)
+	if (status == TW_OK)
 		status = parse_needs(request, error);
-	return status ? status : parse_options(request, error);
+	return status != TW_OK ? status : parse_options(request, error);
 }
 
 /* The mesh exists, and every motion is one of that mesh. */
@@ -100,14 +100,15 @@ static enum tw_status check_needs(struct api_call *call, const struct field_requ
 		status = tw_fail(error, TW_ERROR_INPUT, "no-such-mesh", "/mesh",
 				 "there is no such mesh; upload it first");
 	resource_clear(&resource);
-	for (size_t i = 1; !status && i < request->need_count; i++) {
+	for (size_t i = 1; status == TW_OK && i < request->need_count; i++) {
 		char(*meshes)[STORE_ID_SIZE] = NULL, pointer[64];
 		size_t count = 0;
 		snprintf(pointer, sizeof pointer, "/motions/%zu", i - 1);
 		status = resource_get(call->store, RESOURCE_MOTION, request->needs[i], &resource, error);
-		if (!status)
+		if (status == TW_OK)
 			status = resource_needs(call->store, request->needs[i], RESOURCE_MESH, &meshes, &count, error);
-		if (status == TW_ERROR_NOT_FOUND || (!status && (!count || strcmp(meshes[0], request->needs[0]) != 0)))
+		if (status == TW_ERROR_NOT_FOUND ||
+		    (status == TW_OK && (!count || strcmp(meshes[0], request->needs[0]) != 0)))
 			status = tw_fail(error, TW_ERROR_INPUT, "no-such-motion", pointer,
 					 "the mesh has no such motion; upload it to /v1/meshes/{mesh}/motions");
 		free(meshes);
@@ -120,9 +121,9 @@ enum tw_status post_field(struct api_call *call, struct tw_error *error)
 {
 	struct field_request request = {0};
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = parse(&request, call->body, call->body_size, error);
-	if (!status)
+	if (status == TW_OK)
 		status = check_needs(call, &request, error);
 	struct resource_draft draft = {
 		.kind = RESOURCE_FIELD,
@@ -131,7 +132,7 @@ enum tw_status post_field(struct api_call *call, struct tw_error *error)
 		.needs = request.needs,
 		.need_count = request.need_count,
 	};
-	if (!status)
+	if (status == TW_OK)
 		status = resource_respond_create(call, &draft, error);
 	field_request_clear(&request);
 	return status;

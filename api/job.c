@@ -15,7 +15,7 @@ static enum tw_status respond_job(struct api_call *call, struct tw_error *error)
 {
 	struct job job = {0};
 	enum tw_status status = job_get(call->store, call->match.parameters[0], &job, error);
-	if (!status)
+	if (status == TW_OK)
 		status = response_json(&call->response, 200, job_show(&job), error);
 	job_clear(&job);
 	return status;
@@ -24,7 +24,7 @@ static enum tw_status respond_job(struct api_call *call, struct tw_error *error)
 enum tw_status get_job(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
-	return status ? status : respond_job(call, error);
+	return status != TW_OK ? status : respond_job(call, error);
 }
 
 static enum tw_status parse_kind(const char *text, unsigned *kinds, struct tw_error *error)
@@ -57,15 +57,15 @@ enum tw_status list_jobs(struct api_call *call, struct tw_error *error)
 	struct job_query query = {.failure_type = problem_slug(query_get(&call->query, "problem"))};
 	struct job_page page = {0};
 	enum tw_status status = query_only(&call->query, known, error);
-	if (!status)
+	if (status == TW_OK)
 		status = page_parameters(call, &query.limit, &query.cursor, error);
-	if (!status)
+	if (status == TW_OK)
 		status = job_states_parse(query_get(&call->query, "state"), &query.states, error);
-	if (!status)
+	if (status == TW_OK)
 		status = parse_kind(query_get(&call->query, "kind"), &query.kinds, error);
-	if (!status)
+	if (status == TW_OK)
 		status = job_list(call->store, &query, &page, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	json_t *items = json_array();
 	for (size_t i = 0; i < page.count; i++)
@@ -79,17 +79,17 @@ enum tw_status cancel_job(struct api_call *call, struct tw_error *error)
 {
 	enum job_state state = JOB_QUEUED;
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = job_cancel(call->store, call->match.parameters[0], &state, error);
-	return status ? status : respond_job(call, error);
+	return status != TW_OK ? status : respond_job(call, error);
 }
 
 enum tw_status redrive_job(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = job_redrive(call->store, call->match.parameters[0], error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	call_job_added(call);
 	return respond_job(call, error);

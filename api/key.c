@@ -42,12 +42,12 @@ enum tw_status key_list_read(struct key_list **keys, const char *path, struct tw
 	struct key_list *made = calloc(1, sizeof *made);
 	enum tw_status status = made ? TW_OK : tw_fail_memory(error);
 	char line[512];
-	for (int number = 1; !status && fgets(line, sizeof line, file); number++)
+	for (int number = 1; status == TW_OK && fgets(line, sizeof line, file); number++)
 		status = add_line(made, line, number, error);
 	fclose(file);
-	if (!status && !made->count)
+	if (status == TW_OK && !made->count)
 		status = tw_fail(error, TW_ERROR_INPUT, "key-file", path, "the key file holds no key");
-	if (status)
+	if (status != TW_OK)
 		key_list_free(made);
 	else
 		*keys = made;

@@ -75,12 +75,12 @@ enum tw_status post_layout(struct api_call *call, struct tw_error *error)
 {
 	struct layout_request request = {0};
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = layout_request_parse(&request, call->body ? call->body : "", call->body_size, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	status = check_field_exists(call, request.field, error);
-	if (!status)
+	if (status == TW_OK)
 		status = create_layout(call, request.field, error);
 	layout_request_clear(&request);
 	return status;

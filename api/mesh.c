@@ -44,7 +44,7 @@ static enum tw_status parse_options(const struct api_call *call, const struct op
 		if (!option_is_known(table, pair->name))
 			return refuse_parameter(call, table, pair->name, error);
 		enum tw_status status = option_from_text(table, values, pair->name, pair->value, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	json_t *json = option_to_json(table, values);
@@ -78,7 +78,7 @@ enum tw_status post_mesh(struct api_call *call, struct tw_error *error)
 	enum tw_status status = parse_options(call, &import_option_table, &values, &options, error);
 	struct resource_draft draft = {.kind = RESOURCE_MESH, .options = options};
 	draft_uploads(call, &draft, uploads);
-	if (!status)
+	if (status == TW_OK)
 		status = resource_respond_create(call, &draft, error);
 	free(options);
 	return status;
@@ -121,9 +121,9 @@ enum tw_status post_motion(struct api_call *call, struct tw_error *error)
 	enum tw_status status = parse_options(call, &motion_option_table, &values, &options, error);
 	struct resource_draft draft = {.kind = RESOURCE_MOTION, .options = options, .needs = needs, .need_count = 1};
 	draft_uploads(call, &draft, uploads);
-	if (!status)
+	if (status == TW_OK)
 		status = check_mesh_exists(call, error);
-	if (!status)
+	if (status == TW_OK)
 		status = resource_respond_create(call, &draft, error);
 	free(options);
 	return status;
@@ -132,7 +132,8 @@ enum tw_status post_motion(struct api_call *call, struct tw_error *error)
 enum tw_status list_motions(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = check_mesh_exists(call, error);
-	return status ? status : resource_respond_list(call, RESOURCE_MOTION, call->match.parameters[0], NULL, error);
+	return status != TW_OK ? status
+			       : resource_respond_list(call, RESOURCE_MOTION, call->match.parameters[0], NULL, error);
 }
 
 enum tw_status get_motion(struct api_call *call, struct tw_error *error)

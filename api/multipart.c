@@ -46,7 +46,7 @@ static enum tw_status take_data(struct multipart *m, const char *bytes, size_t s
 			const char *found = memchr(bytes + i, '\r', size - i);
 			i = found ? (size_t)(found - bytes) : size;
 			enum tw_status status = emit(m, bytes + start, i - start, error);
-			if (status)
+			if (status != TW_OK)
 				return status;
 			if (!found)
 				break;
@@ -63,7 +63,7 @@ static enum tw_status take_data(struct multipart *m, const char *bytes, size_t s
 			return status;
 		}
 		enum tw_status status = emit(m, m->delimiter, m->matched, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		m->matched = 0;
 		start = i;
@@ -151,7 +151,7 @@ enum tw_status multipart_feed(struct multipart *multipart, const void *bytes, si
 		case MULTIPART_EPILOGUE:
 			return TW_OK;
 		}
-		if (status)
+		if (status != TW_OK)
 			return status;
 		i += used;
 	}

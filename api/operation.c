@@ -45,7 +45,7 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 	enum tw_status status = job_count(call->store, &counts, error);
 	if (status == TW_OK)
 		status = store_room(call->store, &room, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	char *own = hooks->metrics ? hooks->metrics(hooks->context) : strdup("");
 	char *text = NULL;

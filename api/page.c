@@ -11,7 +11,7 @@ enum tw_status page_parameters(const struct api_call *call, uint32_t *limit, int
 	enum tw_status status =
 		query_integer(&call->query, "limit", PAGE_LIMIT_DEFAULT, 1, PAGE_LIMIT_MAX, &number, error);
 	*limit = (uint32_t)number;
-	if (!status)
+	if (status == TW_OK)
 		status = query_integer(&call->query, "cursor", 0, 0, INT64_MAX, cursor, error);
 	return status;
 }

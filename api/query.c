@@ -80,7 +80,7 @@ enum tw_status query_parse(struct query *query, const char *target, struct tw_er
 	while (rest) {
 		char *text = strsep(&rest, "&");
 		enum tw_status status = *text ? add_pair(query, text, error) : TW_OK;
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;

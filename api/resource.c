@@ -13,16 +13,16 @@ enum tw_status resource_find(struct api_call *call, enum resource_kind kind, str
 	bool nested = resource_kind_is_nested(kind);
 	const char *id = call->match.parameters[nested];
 	enum tw_status status = resource_get(call->store, kind, id, resource, error);
-	if (status || !nested)
+	if (status != TW_OK || !nested)
 		return status;
 	char parent[STORE_ID_SIZE];
 	enum resource_kind parent_kind = resource_kind_row(kind)->needs[0].kind;
 	status = resource_first_need(call, id, parent_kind, parent, error);
-	if (!status && strcmp(parent, call->match.parameters[0]) != 0)
+	if (status == TW_OK && strcmp(parent, call->match.parameters[0]) != 0)
 		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL, "the %s %.40s has no %s %.40s",
 				 resource_kind_name(parent_kind), call->match.parameters[0], resource_kind_name(kind),
 				 id);
-	if (status)
+	if (status != TW_OK)
 		resource_clear(resource);
 	return status;
 }
@@ -32,16 +32,16 @@ static enum tw_status respond_resource(struct api_call *call, unsigned http_stat
 {
 	json_t *json = NULL;
 	enum tw_status status = resource_show(call, resource, true, &json, error);
-	return status ? status : response_json(&call->response, http_status, json, error);
+	return status != TW_OK ? status : response_json(&call->response, http_status, json, error);
 }
 
 enum tw_status resource_respond(struct api_call *call, enum resource_kind kind, struct tw_error *error)
 {
 	struct resource resource = {0};
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = resource_find(call, kind, &resource, error);
-	if (!status)
+	if (status == TW_OK)
 		status = respond_resource(call, 200, &resource, error);
 	resource_clear(&resource);
 	return status;
@@ -53,15 +53,15 @@ enum tw_status resource_respond_delete(struct api_call *call, enum resource_kind
 	struct resource resource = {0};
 	const char *dependents = query_get(&call->query, "dependents");
 	enum tw_status status = query_only(&call->query, known, error);
-	if (!status && dependents && strcmp(dependents, "true") != 0 && strcmp(dependents, "false") != 0)
+	if (status == TW_OK && dependents && strcmp(dependents, "true") != 0 && strcmp(dependents, "false") != 0)
 		status = tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "dependents",
 				 "dependents is true or false");
-	if (!status)
+	if (status == TW_OK)
 		status = resource_find(call, kind, &resource, error);
-	if (!status)
+	if (status == TW_OK)
 		status = resource_delete(call->store, kind, resource.id, dependents && !strcmp(dependents, "true"),
 					 error);
-	if (!status)
+	if (status == TW_OK)
 		response_empty(&call->response, 204);
 	resource_clear(&resource);
 	return status;
@@ -73,7 +73,7 @@ static enum tw_status show_page(struct api_call *call, const struct resource_pag
 	for (size_t i = 0; i < page->count; i++) {
 		json_t *item = NULL;
 		enum tw_status status = resource_show(call, &page->resources[i], false, &item, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		json_array_append_new(items, item);
 	}
@@ -89,18 +89,18 @@ enum tw_status resource_respond_list(struct api_call *call, enum resource_kind k
 		query.needs = query_get(&call->query, filter);
 	struct resource_page page = {0};
 	enum tw_status status = query_only(&call->query, known, error);
-	if (!status)
+	if (status == TW_OK)
 		status = page_parameters(call, &query.limit, &query.cursor, error);
-	if (!status)
+	if (status == TW_OK)
 		status = job_states_parse(query_get(&call->query, "state"), &query.states, error);
-	if (!status)
+	if (status == TW_OK)
 		status = resource_list(call->store, &query, &page, error);
 	json_t *items = json_array();
-	if (!status)
+	if (status == TW_OK)
 		status = show_page(call, &page, items, error);
 	int64_t next = page.next;
 	resource_page_clear(&page);
-	if (!status)
+	if (status == TW_OK)
 		return page_respond(call, items, next, error);
 	json_decref(items);
 	return status;
@@ -113,7 +113,7 @@ static enum tw_status respond_created(struct api_call *call, const struct resour
 	json_t *json = NULL;
 	bool is_final = job_state_is_final(resource->job.state);
 	enum tw_status status = resource_show(call, resource, is_final, &json, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	response_header(&call->response, "Location", "%s", json_string_value(json_object_get(json, "href")));
 	if (!is_final)
@@ -150,7 +150,7 @@ enum tw_status resource_respond_create(struct api_call *call, const struct resou
 	struct resource resource = {0};
 	enum resource_outcome outcome = RESOURCE_CREATED;
 	enum tw_status status = resource_create(call->store, draft, &resource, &outcome, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	body_upload_release(&call->upload);
 	if (outcome != RESOURCE_EXISTED)
@@ -164,7 +164,7 @@ enum tw_status resource_respond_awaited(struct api_call *call, struct tw_error *
 {
 	struct resource resource = {0};
 	enum tw_status status = resource_get(call->store, call->wait.kind, call->wait.resource_id, &resource, error);
-	if (!status)
+	if (status == TW_OK)
 		status = respond_created(call, &resource, error);
 	resource_clear(&resource);
 	return status;

@@ -14,7 +14,7 @@ enum tw_status resource_first_need(struct api_call *call, const char *id, enum r
 	size_t count = 0;
 	enum tw_status status = resource_needs(call->store, id, kind, &ids, &count, error);
 	need[0] = 0;
-	if (!status && count)
+	if (status == TW_OK && count)
 		memcpy(need, ids[0], STORE_ID_SIZE);
 	free(ids);
 	return status;
@@ -153,9 +153,9 @@ enum tw_status resource_show(struct api_call *call, const struct resource *resou
 	json_object_set_new(made, "job", job_show(&resource->job));
 	print_href(resource, made, path);
 	json_object_set_new(made, "href", json_string(path));
-	if (!status && with_contents)
+	if (status == TW_OK && with_contents)
 		status = add_contents(call, made, resource, path, error);
-	if (status) {
+	if (status != TW_OK) {
 		json_decref(made);
 		made = NULL;
 	}

@@ -29,9 +29,9 @@ enum tw_status get_rig(struct api_call *call, struct tw_error *error)
 {
 	struct rig_state state = {0};
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = rig_get(call->store, &state, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	json_t *json = json_object();
 	json_object_set_new(json, "device", json_string(state.device));
@@ -56,9 +56,9 @@ static enum tw_status parse_recording(const json_t *body, const char **name, cha
 	struct recording_options values;
 	option_defaults(&recording_option_table, &values);
 	enum tw_status status = option_from_json(&recording_option_table, &values, body, "", others, error);
-	if (!status)
+	if (status == TW_OK)
 		status = json_get_text(body, "name", false, name, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	json_t *json = option_to_json(&recording_option_table, &values);
 	*options = json ? json_dumps(json, JSON_COMPACT) : NULL;
@@ -72,12 +72,12 @@ enum tw_status post_recording(struct api_call *call, struct tw_error *error)
 	char *options = NULL;
 	struct resource_draft draft = {.kind = RESOURCE_RECORDING};
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = option_json_parse(&body, call->body, call->body_size, error);
-	if (!status)
+	if (status == TW_OK)
 		status = parse_recording(body, &draft.name, &options, error);
 	draft.options = options;
-	if (!status)
+	if (status == TW_OK)
 		status = resource_respond_create(call, &draft, error);
 	free(options);
 	json_decref(body);
@@ -115,24 +115,24 @@ enum tw_status get_recording_samples(struct api_call *call, struct tw_error *err
 	int64_t limit = 0, first = 0;
 	size_t got = 0;
 	enum tw_status status = query_only(&call->query, known, error);
-	if (!status)
+	if (status == TW_OK)
 		status = query_integer(&call->query, "limit", SAMPLES_LIMIT_DEFAULT, 1, SAMPLES_LIMIT_MAX, &limit,
 				       error);
-	if (!status)
+	if (status == TW_OK)
 		status = query_integer(&call->query, "cursor", 0, 0, INT64_MAX / 2, &first, error);
-	if (!status)
+	if (status == TW_OK)
 		status = check_recording_exists(call, error);
-	struct rig_sample *samples = status ? NULL : calloc((size_t)limit, sizeof *samples);
-	if (!status && !samples)
+	struct rig_sample *samples = status != TW_OK ? NULL : calloc((size_t)limit, sizeof *samples);
+	if (status == TW_OK && !samples)
 		status = tw_fail_memory(error);
-	if (!status)
+	if (status == TW_OK)
 		status = recording_read(call->store, call->match.parameters[0], (uint64_t)first, samples, (size_t)limit,
 					&got, error);
-	json_t *items = status ? NULL : json_array();
+	json_t *items = status != TW_OK ? NULL : json_array();
 	for (size_t i = 0; i < got; i++)
 		json_array_append_new(items, show_sample(&samples[i]));
 	free(samples);
-	return status ? status : page_respond(call, items, (int64_t)got == limit ? first + limit : 0, error);
+	return status != TW_OK ? status : page_respond(call, items, (int64_t)got == limit ? first + limit : 0, error);
 }
 
 /* --- CSV -------------------------------------------------------------------------------------------------------- */
@@ -175,7 +175,7 @@ static enum tw_status refill(struct csv_stream *csv)
 	enum tw_status status = recording_read(csv->store, csv->id, csv->next, samples, CSV_SAMPLES, &got, NULL);
 	csv->used = csv->filled = 0;
 	csv->next += got;
-	for (size_t i = 0; !status && i < got; i++)
+	for (size_t i = 0; status == TW_OK && i < got; i++)
 		csv->filled += print_line(csv->text + csv->filled, sizeof csv->text - csv->filled, &samples[i]);
 	return status;
 }
@@ -200,9 +200,9 @@ static void close_csv(struct api_stream *stream)
 enum tw_status get_recording_csv(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = check_recording_exists(call, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	struct csv_stream *csv = calloc(1, sizeof *csv);
 	if (!csv)

@@ -11,7 +11,7 @@ static enum tw_status begin_upload(struct body_upload *body, const char *part, c
 {
 	enum tw_status status =
 		upload_begin(&body->open, body->store, part, file_name, media_type, body->limit - body->taken, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	size_t i = body->count++;
 	snprintf(body->ids[i], sizeof body->ids[i], "%s", upload_id(body->open));
@@ -62,7 +62,7 @@ static enum tw_status end_part(void *context, struct tw_error *error)
 {
 	struct body_upload *body = context;
 	enum tw_status status = upload_seal(body->open, error);
-	if (status && error && !error->where[0])
+	if (status != TW_OK && error && !error->where[0])
 		snprintf(error->where, sizeof error->where, "part %.100s", body->names[body->count - 1]);
 	upload_free(body->open);
 	body->open = NULL;
@@ -134,7 +134,7 @@ enum tw_status body_upload_append(struct body_upload *body, struct store *store,
 	uint64_t stands_at = 0;
 	*body = (struct body_upload){.store = store, .limit = limit, .appends = true, .completes = completes};
 	enum tw_status status = upload_resume(&body->open, store, id, limit, &stands_at, error);
-	if (!status && stands_at != offset)
+	if (status == TW_OK && stands_at != offset)
 		status = tw_fail(error, TW_ERROR_CONFLICT, "upload-offset", "Upload-Offset",
 				 "the upload stands at byte %llu; go on from there", (unsigned long long)stands_at);
 	return status;
@@ -151,7 +151,7 @@ enum tw_status body_upload_take(struct body_upload *body, struct store *store, c
 	if (status == TW_ERROR_NOT_FOUND)
 		return tw_fail(error, TW_ERROR_INPUT, "no-such-upload", part,
 			       "there is no such upload; make it with POST /v1/uploads");
-	if (status)
+	if (status != TW_OK)
 		return status;
 	if (!sealed)
 		return tw_fail(error, TW_ERROR_INPUT, "upload-not-sealed", part, "the upload is not complete yet");
@@ -186,7 +186,7 @@ enum tw_status body_upload_finish(struct body_upload *body, struct tw_error *err
 	if (!body->is_form)
 		return status == TW_OK ? end_part(body, error) : status;
 	status = multipart_finish(&body->multipart, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	for (size_t i = 0; i < body->count; i++)
 		if (!strcmp(body->names[i], body->parts[0]))

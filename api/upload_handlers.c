@@ -47,38 +47,38 @@ enum tw_status post_upload(struct api_call *call, struct tw_error *error)
 	struct upload *upload = NULL;
 	char id[STORE_ID_SIZE] = "";
 	enum tw_status status = query_only(&call->query, known, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	status = check_part(part, error);
 	if (status != TW_OK)
 		return status;
 	status = upload_begin(&upload, call->store, part, query_get(&call->query, "name"), "application/octet-stream",
 			      call->settings->upload_limit_bytes, error);
-	if (!status)
+	if (status == TW_OK)
 		snprintf(id, sizeof id, "%s", upload_id(upload));
 	upload_free(upload);
-	return status ? status : respond_upload(call, id, 201, error);
+	return status != TW_OK ? status : respond_upload(call, id, 201, error);
 }
 
 enum tw_status get_upload(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
-	return status ? status : respond_upload(call, call->match.parameters[0], 200, error);
+	return status != TW_OK ? status : respond_upload(call, call->match.parameters[0], 200, error);
 }
 
 /* The body is in the store already. */
 enum tw_status patch_upload(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
-	return status ? status : respond_upload(call, call->match.parameters[0], 200, error);
+	return status != TW_OK ? status : respond_upload(call, call->match.parameters[0], 200, error);
 }
 
 enum tw_status delete_upload(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
-	if (!status)
+	if (status == TW_OK)
 		status = upload_discard(call->store, call->match.parameters[0], error);
-	if (!status)
+	if (status == TW_OK)
 		response_empty(&call->response, 204);
 	return status;
 }

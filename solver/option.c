@@ -264,7 +264,7 @@ enum tw_status option_from_json(const struct option_table *table, void *values, 
 			return refuse(table, others, others ? "member" : "option", key, "json-unknown-field", where,
 				      error);
 		enum tw_status status = parse_json(option, values, value, where, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;

@@ -24,9 +24,9 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 		bool taken = false;
 		enum tw_status status =
 			command_take_text("--store", "a store", &request->url, argc, argv, &i, &taken, error);
-		if (!status && !taken)
+		if (status == TW_OK && !taken)
 			status = command_take_text("--out", "a file", &request->path, argc, argv, &i, &taken, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		*help = *help || !strcmp(argv[i], "--help");
 		if (!taken && !*help)

@@ -65,9 +65,9 @@ static enum tw_status take_argument(struct session *session, int argc, char **ar
 {
 	struct settings *settings = &session->settings;
 	enum tw_status status = command_take_text("--out", "a folder", &settings->out, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&table, settings, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = garment_files_take(&session->files, argc, argv, index, taken, error);
 	return status;
 }
@@ -77,16 +77,16 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 	struct session *session = context;
 	option_defaults(&table, &session->settings);
 	enum tw_status status = garment_files_init(&session->files, argc, error);
-	for (int i = 1; i < argc && !status; i++) {
+	for (int i = 1; i < argc && status == TW_OK; i++) {
 		bool taken = false;
 		status = take_argument(session, argc, argv, &i, &taken, error);
-		if (!status && !taken)
+		if (status == TW_OK && !taken)
 			status = command_refuse(
 				argv[i], (const char *const[]){"--out", GARMENT_FILES_TEXTS, NULL},
 				(const struct option_table *const[]){&table, GARMENT_FILES_TABLES, NULL}, error);
 	}
 	*help = session->settings.help;
-	if (!status && !*help && (!session->files.worn || !session->settings.out))
+	if (status == TW_OK && !*help && (!session->files.worn || !session->settings.out))
 		status = tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--worn and --out are needed; see --help");
 	return status;
 }
@@ -108,7 +108,7 @@ static enum tw_status write_array(const struct session *session, const struct tw
 	json_t *row =
 		json_pack("{s:s, s:s, s:s, s:I, s:I}", "name", array->name, "file", file, "type", types[array->type],
 			  "rows", (json_int_t)array->rows, "columns", (json_int_t)array->columns);
-	if (!status && json_array_append_new(list, row))
+	if (status == TW_OK && json_array_append_new(list, row))
 		status = tw_fail_memory(error);
 	free(path);
 	free(file);
@@ -119,7 +119,7 @@ static enum tw_status write_means(const struct session *session, json_t *list, s
 {
 	const struct garment_files *files = &session->files;
 	enum tw_status status = TW_OK;
-	for (uint32_t m = 0; m < files->motion_count && !status; m++) {
+	for (uint32_t m = 0; m < files->motion_count && status == TW_OK; m++) {
 		char *name;
 		if (asprintf(&name, "mean_%u_%s", m, files->motion_name[m]) < 0)
 			return tw_fail_memory(error);
@@ -140,8 +140,8 @@ static enum tw_status write_mesh_arrays(const struct session *session, json_t *l
 	size_t count = 0;
 	enum tw_status status =
 		garment_to_arrays(&files->garment, &files->topology, session->arena, arrays, &count, error);
-	for (size_t i = 0; i < count && !status; i++)
-		for (size_t n = 0; n < sizeof names / sizeof *names && !status; n++)
+	for (size_t i = 0; i < count && status == TW_OK; i++)
+		for (size_t n = 0; n < sizeof names / sizeof *names && status == TW_OK; n++)
 			if (!strcmp(arrays[i].name, names[n]))
 				status = write_array(session, &arrays[i], list, error);
 	return status;
@@ -153,12 +153,12 @@ static enum tw_status write_arrays(const struct session *session, json_t *list, 
 	struct tw_array arrays[FIELD_ARRAYS];
 	enum tw_status status = file_make_folder(session->settings.out, error);
 	const size_t count = field_to_arrays(&files->field, arrays);
-	if (!status)
+	if (status == TW_OK)
 		status = write_mesh_arrays(session, list, error);
-	for (size_t i = 0; i < count && !status; i++)
+	for (size_t i = 0; i < count && status == TW_OK; i++)
 		if (strcmp(arrays[i].name, "scale") != 0) /* a single number stands in the JSON */
 			status = write_array(session, &arrays[i], list, error);
-	if (!status && session->settings.means)
+	if (status == TW_OK && session->settings.means)
 		status = write_means(session, list, error);
 	return status;
 }
@@ -245,11 +245,11 @@ static enum tw_status run(void *context, struct tw_error *error)
 	if (!session->arena)
 		return tw_fail_memory(error);
 	enum tw_status status = garment_files_load(files, session->arena, error);
-	if (!status)
+	if (status == TW_OK)
 		status = garment_files_field(files, session->arena, garment_files_threads(session->settings.threads),
 					     error);
 	progress_clear();
-	if (status)
+	if (status != TW_OK)
 		return status;
 	struct warning_list warnings = {0};
 	field_warn_of_no_motion(&files->field, &warnings);
@@ -257,9 +257,9 @@ static enum tw_status run(void *context, struct tw_error *error)
 	json_t *arrays = json_array();
 	status = write_arrays(session, arrays, error);
 	json_t *json = show_field(session, arrays);
-	if (!status)
+	if (status == TW_OK)
 		status = write_json(session, json, error);
-	if (!status)
+	if (status == TW_OK)
 		status = session->settings.json ? print_json(session, json, error) : print_table(session, error);
 	json_decref(json);
 	return status;

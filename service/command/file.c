@@ -16,7 +16,7 @@ static enum tw_status fail_file(const char *path, const char *doing, struct tw_e
 
 enum tw_status file_blame(enum tw_status status, const char *path, struct tw_error *error)
 {
-	if (status && path && strcmp(error->where, path) != 0) {
+	if (status != TW_OK && path && strcmp(error->where, path) != 0) {
 		char where[sizeof error->where];
 		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? ": " : "", error->where);
 		memcpy(error->where, where, sizeof where);
@@ -60,7 +60,7 @@ enum tw_status file_read(const char *path, size_t limit, char **bytes, size_t *s
 	enum tw_status status = read_all(file, path, limit, bytes, size, error);
 	if (!standard)
 		fclose(file);
-	if (status) {
+	if (status != TW_OK) {
 		free(*bytes);
 		*bytes = NULL;
 	}
@@ -126,7 +126,7 @@ enum tw_status file_make_folder(const char *path, struct tw_error *error)
 	if (!copy)
 		return tw_fail_memory(error);
 	enum tw_status status = TW_OK;
-	for (char *slash = copy + 1; !status && *copy; slash++) {
+	for (char *slash = copy + 1; status == TW_OK && *copy; slash++) {
 		bool end = *slash == 0;
 		if (!end && *slash != '/')
 			continue;

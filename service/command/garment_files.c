@@ -57,7 +57,7 @@ static enum tw_status take_field_option(struct garment_files *files, int argc, c
 		files->field_argument[files->field_arguments++] = argv[a];
 	if (*taken)
 		field_options_defaults(&files->field_options, (enum field_preset)files->field_options.preset);
-	for (int a = 0; !status && a < files->field_arguments; a++) {
+	for (int a = 0; status == TW_OK && a < files->field_arguments; a++) {
 		bool again = false;
 		status = option_from_arguments(&field_option_table, &files->field_options, files->field_arguments,
 					       files->field_argument, &a, &again, error);
@@ -69,16 +69,16 @@ enum tw_status garment_files_take(struct garment_files *files, int argc, char **
 				  struct tw_error *error)
 {
 	enum tw_status status = command_take_text("--worn", "a file", &files->worn, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = command_take_text("--pattern", "a file", &files->pattern, argc, argv, index, taken, error);
-	if (!status && !*taken) {
+	if (status == TW_OK && !*taken) {
 		status = command_take_text("--motion", "a file", &files->motion[files->motion_count], argc, argv, index,
 					   taken, error);
 		files->motion_count += *taken;
 	}
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&import_option_table, &files->import, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&motion_option_table, &files->motion_options, argc, argv, index, taken,
 					       error);
 	return status || *taken ? status : take_field_option(files, argc, argv, index, taken, error);
@@ -124,7 +124,7 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 	struct garment_source source[2];
 	enum tw_status status = TW_OK;
 	double start = garment_files_clock();
-	for (int i = 0; i < 2 && path[i] && !status; i++) {
+	for (int i = 0; i < 2 && path[i] && status == TW_OK; i++) {
 		size_t size;
 		progress_show("reading %s", path[i]);
 		status = file_read(path[i], mesh_bytes_max, &bytes[i], &size, error);
@@ -132,13 +132,13 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 			.bytes = bytes[i], .size = size, .format = mesh_format_of_name(path[i]), .name = path[i]};
 	}
 	progress_show("checking %s", files->worn);
-	if (!status)
+	if (status == TW_OK)
 		status = file_blame(garment_import(&files->garment, arena, &source[0], path[1] ? &source[1] : NULL,
 						   &files->import, &files->report, error),
 				    path[0], error);
-	if (!status)
+	if (status == TW_OK)
 		warnings_print(&files->report.warnings, path[0]);
-	if (!status)
+	if (status == TW_OK)
 		status = topology_build(&files->topology, arena, &files->garment, error);
 	free(bytes[0]);
 	free(bytes[1]);
@@ -153,7 +153,7 @@ static enum tw_status open_as_it_came(struct garment_files *files, uint32_t moti
 	struct byte_source source;
 	file_source_close(&files->source);
 	enum tw_status status = file_source_open(&files->source, &source, path, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	enum length_unit unit = motion_unit(&files->motion_options, (enum length_unit)files->import.unit);
 	status = motion_open(reader, &source, MOTION_SNIFF, unit, garment_source_count(&files->garment), error);
@@ -167,7 +167,7 @@ enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t m
 		return tw_fail(error, TW_ERROR_INPUT, "motion-without-frames", files->motion[motion],
 			       "with --frames none only the strain against the pattern is known");
 	enum tw_status status = open_as_it_came(files, motion, reader, error);
-	if (!status && files->motion_options.frames == FRAMES_PACKED)
+	if (status == TW_OK && files->motion_options.frames == FRAMES_PACKED)
 		motion_round(*reader);
 	return status;
 }
@@ -219,13 +219,13 @@ static enum tw_status read_motion(struct garment_files *files, struct arena *are
 					? open_as_it_came(files, motion, &reader, error)
 					: garment_files_open_motion(files, motion, &reader, error);
 	struct reading reading = {files, reader, motion};
-	if (!status)
+	if (status == TW_OK)
 		status = file_blame(means_of_motion(means, &report, arena, &files->garment, reader,
 						    &files->field_options, show_frames, &reading, error),
 				    files->motion[motion], error);
 	motion_close(reader);
 	files->frame_count += report.frame_count;
-	if (!status)
+	if (status == TW_OK)
 		warnings_print(&report.warnings, files->motion[motion]);
 	return status;
 }
@@ -240,7 +240,7 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 		return tw_fail_memory(error);
 	for (uint32_t m = 0; m < files->motion_count; m++) {
 		enum tw_status status = read_motion(files, arena, m, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	double computed = garment_files_clock();
@@ -248,7 +248,7 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 	progress_show("weights of %u edges", files->topology.edge_count);
 	enum tw_status status = field_compute(&files->field, arena, &files->garment, &files->topology, files->mean,
 					      files->motion_count, &files->field_options, threads, error);
-	if (!status)
+	if (status == TW_OK)
 		status = field_weigh_chords(&files->field, arena, &files->garment, &files->topology, NULL, threads,
 					    NULL, error);
 	files->seconds_field = garment_files_clock() - computed;

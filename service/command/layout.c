@@ -65,13 +65,13 @@ static enum tw_status take_argument(struct session *session, int argc, char **ar
 	int first = *index;
 	enum tw_status status =
 		command_take_text("--terminals", "a file", &settings->terminals, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = command_take_text("--out", "a folder", &settings->out, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&own_table, settings, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = garment_files_take(&session->files, argc, argv, index, taken, error);
-	if (status || *taken)
+	if (status != TW_OK || *taken)
 		return status;
 	status = option_from_arguments(&layout_option_table, &settings->layout, argc, argv, index, taken, error);
 	for (int a = first; *taken && a <= *index; a++)
@@ -91,7 +91,7 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 	for (int i = 1; i < argc; i++) {
 		bool taken;
 		enum tw_status status = take_argument(session, argc, argv, &i, &taken, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		if (!taken)
 			return command_refuse(argv[i],
@@ -127,11 +127,11 @@ static enum tw_status load_request(struct session *session, struct tw_error *err
 	char *bytes;
 	size_t size;
 	enum tw_status status = file_read(settings->terminals, TW_LIMIT_JSON_BYTES, &bytes, &size, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	status = file_blame(layout_request_parse(&session->request, bytes, size, error), settings->terminals, error);
 	free(bytes);
-	for (int i = 0; !status && i < (int)settings->layout_arguments; i++) {
+	for (int i = 0; status == TW_OK && i < (int)settings->layout_arguments; i++) {
 		bool taken;
 		status = option_from_arguments(&layout_option_table, &session->request.options,
 					       (int)settings->layout_arguments,
@@ -152,7 +152,7 @@ static void show_progress(void *context, const struct layout_progress *progress)
 static enum tw_status write_files(const struct session *session, struct tw_error *error)
 {
 	enum tw_status status = file_make_folder(session->settings.out, error);
-	for (uint32_t i = 0; i < session->output.artifact_count && !status; i++) {
+	for (uint32_t i = 0; i < session->output.artifact_count && status == TW_OK; i++) {
 		const struct layout_artifact *artifact = &session->output.artifacts[i];
 		char *path;
 		if (asprintf(&path, "%s/%s", session->settings.out, artifact->name) < 0)
@@ -168,11 +168,11 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 	const unsigned threads = garment_files_threads(session->settings.threads);
 	struct garment_files *files = &session->files;
 	enum tw_status status = garment_files_load(files, session->arena, error);
-	if (!status)
+	if (status == TW_OK)
 		status = load_request(session, error);
-	if (!status)
+	if (status == TW_OK)
 		status = garment_files_field(files, session->arena, threads, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	const bool *none = ARENA_ZEROED(session->arena, files->motion_count + 1, bool);
 	if (!none)
@@ -194,9 +194,9 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 	status = file_blame(layout_compute(&input, session->arena, &session->output, error),
 			    session->settings.terminals, error);
 	progress_clear();
-	if (!status)
+	if (status == TW_OK)
 		status = write_files(session, error);
-	if (!status)
+	if (status == TW_OK)
 		warnings_print(&session->output.summary.warnings, session->settings.terminals);
 	return status;
 }
@@ -270,9 +270,9 @@ static enum tw_status run(void *context, struct tw_error *error)
 	if (!session->arena)
 		return tw_fail_memory(error);
 	enum tw_status status = compute(session, error);
-	if (!status && session->settings.json)
+	if (status == TW_OK && session->settings.json)
 		status = print_json(session, error);
-	else if (!status)
+	else if (status == TW_OK)
 		print_table(session);
 	return status;
 }

@@ -61,9 +61,9 @@ static enum tw_status take_argument(struct rig_options *options, int argc, char 
 {
 	enum tw_status status =
 		command_take_text("--device", "a device", &options->device, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = command_take_text("--store", "a store", &options->store, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&table, options, argc, argv, index, taken, error);
 	return status;
 }
@@ -77,7 +77,7 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 	for (int i = 1; i < argc; i++) {
 		bool taken = false;
 		enum tw_status status = take_argument(options, argc, argv, &i, &taken, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		if (!taken)
 			return command_refuse(argv[i], (const char *const[]){"--device", "--store", NULL},

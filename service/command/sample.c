@@ -49,10 +49,10 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 	for (int i = 1; i < argc; i++) {
 		bool taken = false;
 		enum tw_status status = option_from_arguments(&table, request, argc, argv, &i, &taken, error);
-		if (!status && !taken)
+		if (status == TW_OK && !taken)
 			status = command_take_text("--out", "a folder", &request->directory, argc, argv, &i, &taken,
 						   error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		if (!taken)
 			return command_refuse(argv[i], (const char *const[]){"--out", NULL},
@@ -166,9 +166,9 @@ static enum tw_status write_motions(const struct request *request, struct arena 
 	struct sample_rig *rig;
 	enum tw_status status = sample_rig_build(&rig, arena, garment, (enum sample_size)request->size, error);
 	float *position = ARENA_ARRAY(arena, 3 * (size_t)garment->vertex_count, float);
-	if (!status && !position)
+	if (status == TW_OK && !position)
 		status = tw_fail_memory(error);
-	for (uint32_t m = 0; m < SAMPLE_MOTIONS && !status; m++) {
+	for (uint32_t m = 0; m < SAMPLE_MOTIONS && status == TW_OK; m++) {
 		path_join(path, request->directory, "motions/", sample_motion_at(m)->name, ".pc2");
 		progress_show("motion %u of %d (%s)", m + 1, SAMPLE_MOTIONS, sample_motion_at(m)->name);
 		status = write_motion(path, rig, m, garment->vertex_count, position, error);
@@ -181,13 +181,13 @@ static enum tw_status write_terminal_sets(const struct request *request, struct 
 {
 	char path[4096];
 	enum tw_status status = TW_OK;
-	for (uint32_t set = 0; set < SAMPLE_TERMINAL_SETS && !status; set++) {
+	for (uint32_t set = 0; set < SAMPLE_TERMINAL_SETS && status == TW_OK; set++) {
 		struct sample_terminal *terminals;
 		uint32_t count;
 		status = sample_terminals(&terminals, &count, arena, garment, (enum sample_size)request->size, set,
 					  error);
 		path_join(path, request->directory, "terminals/", sample_terminal_set_name(set), ".json");
-		if (!status)
+		if (status == TW_OK)
 			status = write_terminals(path, terminals, count, error);
 	}
 	return status;
@@ -198,7 +198,7 @@ static enum tw_status folders_make(const struct request *request, struct tw_erro
 	static const char *const folders[] = {"", "motions", "terminals"};
 	char path[4096];
 	enum tw_status status = TW_OK;
-	for (size_t i = 0; i < sizeof folders / sizeof *folders && !status; i++) {
+	for (size_t i = 0; i < sizeof folders / sizeof *folders && status == TW_OK; i++) {
 		/* The longest name that follows is shorter than 64 bytes. */
 		if (!path_join(path, request->directory, folders[i], "", "") || strlen(path) > sizeof path - 64)
 			return tw_fail(error, TW_ERROR_INPUT, "file", NULL, "the path of --out is too long");
@@ -232,16 +232,16 @@ static enum tw_status write_all(const struct request *request, struct arena *are
 	struct garment garment;
 	enum tw_status status = folders_make(request, error);
 	progress_show("a suit of about %u vertices", request->vertices);
-	if (!status)
+	if (status == TW_OK)
 		status = sample_garment(&garment, arena, request->vertices, (enum sample_size)request->size, error);
-	if (!status && path_join(path, request->directory, "suit", "", ".obj"))
+	if (status == TW_OK && path_join(path, request->directory, "suit", "", ".obj"))
 		status = write_obj(path, &garment, error);
-	if (!status)
+	if (status == TW_OK)
 		status = write_motions(request, arena, &garment, error);
-	if (!status)
+	if (status == TW_OK)
 		status = write_terminal_sets(request, arena, &garment, error);
 	progress_clear();
-	if (!status)
+	if (status == TW_OK)
 		print_result(request, &garment);
 	return status;
 }

@@ -210,19 +210,19 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 	raise_file_limit(config->connections);
 	enum tw_status status = open_signals(daemon, error);
 	daemon->metrics = metrics_new();
-	if (!status && !daemon->metrics)
+	if (status == TW_OK && !daemon->metrics)
 		status = tw_fail_memory(error);
-	if (!status)
+	if (status == TW_OK)
 		status = listen_open(&daemon->listener, config->listen, loopback_only, error);
-	if (!status)
+	if (status == TW_OK)
 		status = store_open(&daemon->store, config->store, error);
-	if (!status)
+	if (status == TW_OK)
 		status = worker_abandon_dead(daemon->store, error);
-	if (!status)
+	if (status == TW_OK)
 		status = open_api(daemon, error);
-	if (!status)
+	if (status == TW_OK)
 		status = start_workers(daemon, error);
-	return status ? status : start_http(daemon, error);
+	return status != TW_OK ? status : start_http(daemon, error);
 }
 
 /* --- run -------------------------------------------------------------------------------------------------------- */

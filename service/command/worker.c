@@ -78,9 +78,9 @@ static enum tw_status take_argument(struct flags *flags, int argc, char **argv, 
 				    struct tw_error *error)
 {
 	enum tw_status status = command_take_text("--store", "a store", &flags->store, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = command_take_text("--name", "a name", &flags->name, argc, argv, index, taken, error);
-	if (!status && !*taken)
+	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&table, flags, argc, argv, index, taken, error);
 	return status;
 }

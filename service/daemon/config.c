@@ -146,7 +146,7 @@ static enum tw_status refuse_name(const char *what, const char *given, const cha
 static enum tw_status read_defaults(struct config *config, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
-	for (size_t i = 0; !status && i < SETTING_COUNT; i++)
+	for (size_t i = 0; status == TW_OK && i < SETTING_COUNT; i++)
 		status = set(config, &settings[i], settings[i].fallback, settings[i].name, error);
 	return status;
 }
@@ -189,13 +189,13 @@ static enum tw_status read_file(struct config *config, const char *path, struct 
 		return fail_to_read(path, error);
 	enum tw_status status = TW_OK;
 	char line[CONFIG_TEXT_SIZE + 64], where[128];
-	for (int number = 1; !status && fgets(line, sizeof line, file); number++) {
+	for (int number = 1; status == TW_OK && fgets(line, sizeof line, file); number++) {
 		snprintf(where, sizeof where, "%.90s line %d", path, number);
 		bool whole = strchr(line, '\n') || feof(file);
 		status = whole ? read_line(config, line, where, error)
 			       : tw_fail(error, TW_ERROR_INPUT, "setting", where, "the line is too long");
 	}
-	if (!status && ferror(file))
+	if (status == TW_OK && ferror(file))
 		status = fail_to_read(path, error);
 	fclose(file);
 	return status;
@@ -215,7 +215,7 @@ static enum tw_status read_environment(struct config *config, struct tw_error *e
 	for (size_t i = 0; i < SETTING_COUNT; i++) {
 		const char *text = getenv(environment_name(settings[i].name, variable, sizeof variable));
 		enum tw_status status = text ? set(config, &settings[i], text, variable, error) : TW_OK;
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;
@@ -253,7 +253,7 @@ static enum tw_status read_flags(struct config *config, int argc, char **argv, c
 		const char *name = NULL, *value = NULL, *flag = argv[i];
 		size_t length = 0;
 		enum tw_status status = split_flag(argc, argv, &i, &name, &length, &value, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		if (!value) {
 			*outcome = CONFIG_HELP;
@@ -264,7 +264,7 @@ static enum tw_status read_flags(struct config *config, int argc, char **argv, c
 			*file = value;
 		else if (config)
 			status = set(config, setting, value, flag, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;
@@ -276,14 +276,14 @@ enum tw_status config_read(struct config *config, int argc, char **argv, enum co
 	const char *file = getenv("TIGHTWIRE_CONFIG");
 	*outcome = CONFIG_READY;
 	enum tw_status status = read_flags(NULL, argc, argv, &file, outcome, error);
-	if (status || *outcome == CONFIG_HELP)
+	if (status != TW_OK || *outcome == CONFIG_HELP)
 		return status;
 	status = read_defaults(config, error);
-	if (!status && file && *file)
+	if (status == TW_OK && file && *file)
 		status = read_file(config, file, error);
-	if (!status)
+	if (status == TW_OK)
 		status = read_environment(config, error);
-	return status ? status : read_flags(config, argc, argv, &file, outcome, error);
+	return status != TW_OK ? status : read_flags(config, argc, argv, &file, outcome, error);
 }
 
 static bool is_equal(const struct setting *setting, const struct config *a, const struct config *b)

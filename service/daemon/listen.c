@@ -76,7 +76,7 @@ enum tw_status listen_open(struct listener *listener, const char *address, bool 
 	struct addrinfo hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE},
 			*info = NULL;
 	enum tw_status status = split(address, &parts, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	int code = getaddrinfo(parts.host[0] ? parts.host : NULL, parts.port, &hints, &info);
 	if (code)

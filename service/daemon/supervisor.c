@@ -182,9 +182,9 @@ enum tw_status supervisor_start(struct supervisor **supervisor, const struct sup
 	for (unsigned i = 0; i < settings->workers; i++)
 		made->workers[i].pause_ms = PAUSE_FIRST_MS;
 	enum tw_status status = open_pipe(made->wake, error);
-	if (!status)
+	if (status == TW_OK)
 		status = open_pipe(made->done, error);
-	if (status) {
+	if (status != TW_OK) {
 		supervisor_stop(made);
 		return status;
 	}

@@ -123,7 +123,7 @@ static void scan_once(struct rig_scanner *scanner)
 	if (!ensure_connected(scanner))
 		return;
 	enum tw_status status = rig_device_scan(scanner->device, scan.sample.counts, &error);
-	if (status) {
+	if (status != TW_OK) {
 		if (!rig_device_is_connected(scanner->device))
 			back_off(scanner);
 		note_problem(scanner, &error, 1);

@@ -69,7 +69,7 @@ static enum tw_status check_values(const struct field *field, struct tw_error *e
 		if (!(field->density[f] >= 0 && isfinite(field->density[f])))
 			return fail_array("density", error);
 	enum tw_status status = check_edges(field->weight, field->coverage, field->edge_count, "weight", error);
-	if (!status && field->chord_weight)
+	if (status == TW_OK && field->chord_weight)
 		status = check_edges(field->chord_weight, field->chord_coverage, field->edge_count, "chord_weight",
 				     error);
 	return status;
@@ -81,18 +81,18 @@ enum tw_status field_from_arrays(struct field *field, const struct garment *garm
 {
 	const void *density, *weight, *coverage, *scale, *chord_weight = NULL, *chord_coverage = NULL;
 	enum tw_status status = find_array(&density, arrays, count, "density", TW_F64, garment->face_count, error);
-	if (!status)
+	if (status == TW_OK)
 		status = find_array(&weight, arrays, count, "weight", TW_U64, topology->edge_count, error);
-	if (!status)
+	if (status == TW_OK)
 		status = find_array(&coverage, arrays, count, "coverage", TW_F32, topology->edge_count, error);
-	if (!status)
+	if (status == TW_OK)
 		status = find_array(&scale, arrays, count, "scale", TW_F64, 1, error);
-	if (!status && has_array(arrays, count, "chord_weight"))
+	if (status == TW_OK && has_array(arrays, count, "chord_weight"))
 		status = find_array(&chord_weight, arrays, count, "chord_weight", TW_U64, topology->edge_count, error);
-	if (!status && chord_weight)
+	if (status == TW_OK && chord_weight)
 		status = find_array(&chord_coverage, arrays, count, "chord_coverage", TW_F32, topology->edge_count,
 				    error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	*field = (struct field){
 		.face_count = garment->face_count,

@@ -239,7 +239,7 @@ static enum tw_status new_walkers(struct strip_walker **walker, struct arena *ar
 				  unsigned threads, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
-	for (unsigned t = 0; t < threads && !status; t++)
+	for (unsigned t = 0; t < threads && status == TW_OK; t++)
 		status = strip_walker_new(&walker[t], arena, fabric, error);
 	return status;
 }
@@ -270,20 +270,20 @@ static enum tw_status weigh(struct weighing *w, struct arena *arena, const struc
 		return tw_fail_memory(error);
 	field_value(field, w->constraints, value);
 	enum tw_status status = local_build(&local, arena, w->garment, w->topology, error);
-	w->edge_order = status ? NULL : local.edge_order;
-	if (!status)
+	w->edge_order = status != TW_OK ? NULL : local.edge_order;
+	if (status == TW_OK)
 		status = build_fabric(&w->fabric, arena, &local, value, error);
-	if (!status)
+	if (status == TW_OK)
 		status = new_walkers(w->walker, arena, &w->fabric, threads, error);
-	if (!status)
+	if (status == TW_OK)
 		status = mark_seams(w, arena, error);
-	if (!status && keep_out)
+	if (status == TW_OK && keep_out)
 		status = mark_keep_out(&keep_out_fabric, arena, &w->fabric, &local, keep_out, error);
-	if (!status && keep_out)
+	if (status == TW_OK && keep_out)
 		status = new_walkers(w->keep_out_walker, arena, &keep_out_fabric, threads, error);
-	if (!status)
+	if (status == TW_OK)
 		parallel_for(threads, field->edge_count, EDGES_A_PART, weigh_edges, w);
-	if (!status && atomic_load(&w->stop))
+	if (status == TW_OK && atomic_load(&w->stop))
 		status = tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the weighing was cancelled");
 	return status;
 }
@@ -304,7 +304,7 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 		.coverage = coverage,
 	};
 	enum tw_status status = check_input(field, garment, constraints, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	struct arena_mark mark = arena_mark(arena);
 	struct weighing w = {
@@ -318,9 +318,9 @@ enum tw_status field_weigh_watched(struct field *field, struct arena *arena, con
 	};
 	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
 	status = weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
-	if (!status)
+	if (status == TW_OK)
 		status = check_costs(&w, field->edge_count, error);
-	if (!status) {
+	if (status == TW_OK) {
 		field->scale = choose_scale(w.cost, field->edge_count, field->options.weight);
 		for (uint32_t e = 0; e < field->edge_count; e++)
 			weight[e] = field_round(field, w.cost[e]);
@@ -351,9 +351,9 @@ enum tw_status field_weigh_chords(struct field *field, struct arena *arena, cons
 	threads = threads < 1 ? 1 : threads > PARALLEL_THREADS ? PARALLEL_THREADS : threads;
 	enum tw_status status =
 		weight && coverage && w.cost ? weigh(&w, arena, field, threads, error) : tw_fail_memory(error);
-	if (!status)
+	if (status == TW_OK)
 		status = check_costs(&w, field->edge_count, error);
-	for (uint32_t e = 0; !status && e < field->edge_count; e++)
+	for (uint32_t e = 0; status == TW_OK && e < field->edge_count; e++)
 		weight[e] = field_round(field, w.cost[e]);
 	arena_release(arena, mark);
 	field->chord_weight = weight;

@@ -47,7 +47,7 @@ enum tw_status local_build(struct local *local, struct arena *arena, const struc
 	if (!order)
 		return tw_fail_memory(error);
 	enum tw_status status = order_faces(order, arena, garment->face_vertex, faces, garment->vertex_count, error);
-	if (status || is_identity(order, faces)) {
+	if (status != TW_OK || is_identity(order, faces)) {
 		arena_release(arena, mark);
 		return status;
 	}

@@ -14,7 +14,7 @@ static enum tw_status next_frame(struct stream *stream, float *position, bool *e
 {
 	float *frame = stream->frame ? stream->frame : position;
 	enum tw_status status = motion_next(stream->reader, frame, end, error);
-	if (!status && !*end)
+	if (status == TW_OK && !*end)
 		garment_frame(stream->garment, frame, position);
 	return status;
 }
@@ -29,14 +29,14 @@ static enum tw_status rest_from_frame(struct strain_rest *rest, struct stream *s
 	for (uint32_t i = 0; i <= number; i++) {
 		bool end = false;
 		enum tw_status status = next_frame(stream, position, &end, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		if (end)
 			return tw_fail(error, TW_ERROR_INPUT, "reference-frame", NULL,
 				       "the motion has %u frames, so there is no frame %u to refer to", i, number);
 	}
 	enum tw_status status = strain_rest_from_frame(rest, arena, stream->garment, position, error);
-	return status ? status : motion_rewind(stream->reader, error);
+	return status != TW_OK ? status : motion_rewind(stream->reader, error);
 }
 
 static enum tw_status find_rest(struct strain_rest *rest, struct stream *stream, struct arena *arena,
@@ -91,13 +91,13 @@ static enum tw_status add_frames(struct strain_mean *mean, struct means_report *
 	for (uint32_t done = 1;; done++) {
 		bool end = false;
 		enum tw_status status = next_frame(stream, strain_mean_slot(mean), &end, error);
-		if (status || end)
+		if (status != TW_OK || end)
 			return status;
 		if (done == 1)
 			status = check_first(report, stream->garment, strain_mean_slot(mean), error);
-		if (!status && stream->frame)
+		if (status == TW_OK && stream->frame)
 			status = cloth_judge_copies(&guard->cloth, done - 1, stream->frame, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		strain_mean_add(mean);
 		if (guard->status != TW_OK)
@@ -124,13 +124,13 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], struct means_
 			return tw_fail_memory(error);
 	}
 	enum tw_status status = find_rest(&rest, &stream, arena, options, error);
-	if (!status)
+	if (status == TW_OK)
 		status = strain_mean_new(&mean, arena, &rest, error);
-	if (!status)
+	if (status == TW_OK)
 		status = watch_cloth(&guard, mean, report, arena, garment, error);
-	if (!status)
+	if (status == TW_OK)
 		status = add_frames(mean, report, &guard, &stream, progress, context, error);
-	if (!status) {
+	if (status == TW_OK) {
 		report->frame_count = strain_mean_finish(mean, means);
 		status = guard.status;
 		cloth_warn(&guard.cloth);

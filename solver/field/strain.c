@@ -56,7 +56,7 @@ enum tw_status strain_rest_from_pattern(struct strain_rest *rest, struct arena *
 					struct tw_error *error)
 {
 	enum tw_status status = rest_init(rest, arena, garment, error);
-	for (uint32_t f = 0; !status && f < rest->face_count; f++) {
+	for (uint32_t f = 0; status == TW_OK && f < rest->face_count; f++) {
 		const uint32_t *coord = garment->face_coord + 3 * (size_t)f, first = face_first_corner(garment, f);
 		const uint32_t c[3] = {coord[first], coord[(first + 1) % 3], coord[(first + 2) % 3]};
 		const double *u = garment->pattern;
@@ -74,7 +74,7 @@ enum tw_status strain_rest_from_worn(struct strain_rest *rest, struct arena *are
 				     struct tw_error *error)
 {
 	enum tw_status status = rest_init(rest, arena, garment, error);
-	for (uint32_t f = 0; !status && f < rest->face_count; f++) {
+	for (uint32_t f = 0; status == TW_OK && f < rest->face_count; f++) {
 		const uint32_t *c = rest->corner + 3 * (size_t)f;
 		const double *x = garment->position;
 		struct sides sides;
@@ -91,7 +91,7 @@ enum tw_status strain_rest_from_frame(struct strain_rest *rest, struct arena *ar
 				      const float *position, struct tw_error *error)
 {
 	enum tw_status status = rest_init(rest, arena, garment, error);
-	for (uint32_t f = 0; !status && f < rest->face_count; f++) {
+	for (uint32_t f = 0; status == TW_OK && f < rest->face_count; f++) {
 		const uint32_t *c = rest->corner + 3 * (size_t)f;
 		struct sides sides;
 		for (size_t d = 0; d < 3; d++) {

@@ -117,7 +117,7 @@ enum tw_status strain_mean_new(struct strain_mean **out, struct arena *arena, co
 	enum tw_status status =
 		place ? order_faces(mean->order, arena, rest->corner, rest->face_count, rest->vertex_count, error)
 		      : tw_fail_memory(error);
-	if (!status)
+	if (status == TW_OK)
 		cut_clusters(mean, place);
 	arena_release(arena, mark);
 	*out = mean;

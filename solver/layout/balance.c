@@ -90,7 +90,7 @@ static enum tw_status find_shortest(struct balance *balance, const struct pricin
 		weight[e] = (uint64_t)(edge_length(unit, e) * 1024 + 0.5);
 	graph.weight = weight;
 	enum tw_status status = weight ? search(balance, unit, &graph, &tree, error) : tw_fail_memory(error);
-	if (!status)
+	if (status == TW_OK)
 		measure(balance, &tree, unit, outcome);
 	arena_release(balance->arena, mark);
 	return status;
@@ -103,9 +103,9 @@ static enum tw_status find_best(struct balance *balance, double eta, const struc
 	struct pricing pricing;
 	struct steiner_tree tree;
 	enum tw_status status = pricing_build(&pricing, balance->arena, balance->ground, balance->sites, eta, error);
-	if (!status)
+	if (status == TW_OK)
 		status = search(balance, &pricing, pricing.graph, &tree, error);
-	if (!status)
+	if (status == TW_OK)
 		measure(balance, &tree, unit, outcome);
 	arena_release(balance->arena, mark);
 	return status;
@@ -139,7 +139,7 @@ static enum tw_status close_in(struct balance *balance, const struct pricing *un
 		const double corner = (high.energy - low.energy) / (low.area - high.area);
 		struct outcome here;
 		enum tw_status status = find_best(balance, corner, unit, &here, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		*eta = round_digits(corner, low.side < -high.side);
 		if (here.energy + corner * here.area >= (low.energy + corner * low.area) * (1 - LIGHTER))
@@ -170,7 +170,7 @@ enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struc
 	struct pricing bare, unit;
 	struct outcome low = {0}, high = {0};
 	enum tw_status status = pricing_build(&bare, arena, ground, sites, 0, error);
-	if (!status)
+	if (status == TW_OK)
 		status = pricing_build(&unit, arena, ground, sites, 1, error);
 	struct balance balance = {.arena = arena,
 				  .ground = ground,
@@ -178,11 +178,11 @@ enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struc
 				  .bare = &bare,
 				  .progress = progress,
 				  .context = context};
-	if (!status)
+	if (status == TW_OK)
 		status = find_best(&balance, 0, &unit, &low, error);
-	if (!status)
+	if (status == TW_OK)
 		status = find_shortest(&balance, &unit, &high, error);
-	if (!status)
+	if (status == TW_OK)
 		status = close_in(&balance, &unit, low, high, eta_mpa, error);
 	arena_release(arena, mark);
 	return status;

@@ -36,12 +36,12 @@ static enum tw_status read_faces(struct face_region *region, const json_t *array
 				 struct tw_error *error)
 {
 	enum tw_status status = read_array(&region->face_count, array, TW_LIMIT_FACES, where, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	region->face = malloc(region->face_count * sizeof *region->face);
 	if (!region->face)
 		return tw_fail_memory(error);
-	for (uint32_t i = 0; i < region->face_count && !status; i++) {
+	for (uint32_t i = 0; i < region->face_count && status == TW_OK; i++) {
 		char place[POINTER_SIZE + 16];
 		snprintf(place, sizeof place, "%s/%u", where, i);
 		status = json_read_index(&region->face[i], json_array_get(array, i), place, error);
@@ -53,14 +53,14 @@ static enum tw_status read_polygon(struct face_region *region, const json_t *arr
 				   struct tw_error *error)
 {
 	enum tw_status status = read_array(&region->point_count, array, POINTS_MAX, where, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	if (region->point_count < 3)
 		return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "a polygon needs three points or more");
 	region->polygon = malloc(2 * (size_t)region->point_count * sizeof *region->polygon);
 	if (!region->polygon)
 		return tw_fail_memory(error);
-	for (uint32_t i = 0; i < region->point_count && !status; i++) {
+	for (uint32_t i = 0; i < region->point_count && status == TW_OK; i++) {
 		char place[POINTER_SIZE + 16];
 		snprintf(place, sizeof place, "%s/%u", where, i);
 		status = json_read_numbers(&region->polygon[2 * (size_t)i], 2, json_array_get(array, i), place, error);
@@ -107,7 +107,7 @@ static enum tw_status read_region(struct face_region *region, const json_t *obje
 		char place[POINTER_SIZE];
 		option_pointer(place, sizeof place, where, key);
 		enum tw_status status = read_member(region, key, value, has_factor, place, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	bool polygon = region->piece && region->polygon;
@@ -125,13 +125,13 @@ static enum tw_status read_regions(struct face_region **regions, uint32_t *regio
 {
 	uint32_t count;
 	enum tw_status status = read_array(&count, array, REGIONS_MAX, where, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	*regions = calloc(count, sizeof **regions);
 	if (!*regions)
 		return tw_fail_memory(error);
 	*region_count = count;
-	for (uint32_t i = 0; i < count && !status; i++) {
+	for (uint32_t i = 0; i < count && status == TW_OK; i++) {
 		char place[POINTER_SIZE];
 		snprintf(place, sizeof place, "%.90s/%u", where, i);
 		status = read_region(&(*regions)[i], json_array_get(array, i), has_factor, place, error);
@@ -143,18 +143,18 @@ static enum tw_status read_free_edges(struct layout_constraints *constraints, co
 				      struct tw_error *error)
 {
 	enum tw_status status = read_array(&constraints->free_edge_count, array, TW_LIMIT_FACES, where, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	constraints->free_edge = calloc(constraints->free_edge_count, 2 * sizeof *constraints->free_edge);
 	if (!constraints->free_edge)
 		return tw_fail_memory(error);
-	for (uint32_t i = 0; i < constraints->free_edge_count && !status; i++) {
+	for (uint32_t i = 0; i < constraints->free_edge_count && status == TW_OK; i++) {
 		const json_t *pair = json_array_get(array, i);
 		char place[POINTER_SIZE];
 		snprintf(place, sizeof place, "%.90s/%u", where, i);
 		if (!json_is_array(pair) || json_array_size(pair) != 2)
 			return fail_type(place, "a pair of vertices", error);
-		for (uint32_t k = 0; k < 2 && !status; k++)
+		for (uint32_t k = 0; k < 2 && status == TW_OK; k++)
 			status = json_read_index(&constraints->free_edge[2 * (size_t)i + k], json_array_get(pair, k),
 						 place, error);
 	}
@@ -190,7 +190,7 @@ enum tw_status layout_constraints_parse(struct layout_constraints *constraints, 
 		char place[POINTER_SIZE];
 		option_pointer(place, sizeof place, where, key);
 		enum tw_status status = read_constraint(constraints, key, value, place, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;

@@ -107,33 +107,33 @@ static enum tw_status place_sites(struct job *job, struct tw_error *error)
 	enum tw_status status = TW_OK;
 	if (has_terminals_on_pattern(asked->request))
 		status = locator_build(&locator, job->arena, asked->garment, error);
-	if (!status)
+	if (status == TW_OK)
 		status = terminals_place(&job->sites, job->arena, asked->garment, asked->topology, locator,
 					 asked->request, asked->request->options.snap_mm, error);
-	return status ? status : ground_take_sites(&job->ground, job->arena, &job->sites, error);
+	return status != TW_OK ? status : ground_take_sites(&job->ground, job->arena, &job->sites, error);
 }
 
 static enum tw_status prepare(struct job *job, struct tw_error *error)
 {
 	const struct layout_input *input = job->input;
 	enum tw_status status = ground_build(&job->ground, job->arena, job->ground.asked, error);
-	if (!status)
+	if (status == TW_OK)
 		status = locator_build(&job->locator, job->arena, input->garment, error);
-	if (!status)
+	if (status == TW_OK)
 		status = outline_build(&job->outline, job->arena, input->garment, input->topology, error);
-	if (!status)
+	if (status == TW_OK)
 		status = strip_cutter_init(&job->cutter, job->arena, job->scratch, input->garment, input->topology,
 					   &job->outline, error);
-	if (!status)
+	if (status == TW_OK)
 		status = place_sites(job, error);
 	double eta = NAN;
-	if (!status && input->request->options.eta == ETA_AUTO) {
+	if (status == TW_OK && input->request->options.eta == ETA_AUTO) {
 		report_balance(job, 0);
 		status = pricing_balance(&eta, job->arena, &job->ground, &job->sites, report_balance, job, error);
 	}
-	if (!status)
+	if (status == TW_OK)
 		status = pricing_build(&job->pricing, job->arena, &job->ground, &job->sites, eta, error);
-	if (!status)
+	if (status == TW_OK)
 		choose_rules(job);
 	return status;
 }
@@ -185,13 +185,13 @@ static enum tw_status draw(struct job *job, struct solved *solved, const double 
 {
 	enum tw_status status = branches_cut(&solved->branches, job->arena, &job->pricing.network, solved->tree.edges,
 					     solved->tree.edge_count, 2 * job->rules.strip_width_mm, error);
-	if (!status)
+	if (status == TW_OK)
 		status = wires_smooth(&solved->wires, job->arena, &job->pricing.network, &solved->branches,
 				      &job->outline, job->locator, &job->rules, costs, error);
-	if (!status)
+	if (status == TW_OK)
 		status = strips_cut_all(&job->cutter, solved->wires.wire, solved->branches.branch_count,
 					job->rules.strip_width_mm, &solved->strips, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	const struct metrics_input input = metrics_input_of(job, solved);
 	double start = now();
@@ -227,7 +227,7 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	job->share_to = compare ? SHARE_SOLVED : SHARE_COMPARED;
 	enum tw_status status = search(job, job->pricing.graph, "tree", 0, &job->ours.tree, error);
 	summary->seconds_tree = lap(&start);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	job->progress.weight = job->ours.tree.weight;
 	job->progress.lower_bound = job->ours.tree.lower_bound;
@@ -246,13 +246,13 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	const double *costs = NULL;
 	report(job, "curves", SHARE_COMPARED);
 	job->ours.has_chords = job->pricing.has_chords;
-	if (!status && job->ours.has_chords)
+	if (status == TW_OK && job->ours.has_chords)
 		status = leave_chords(job, error);
-	if (!status)
+	if (status == TW_OK)
 		status = find_costs(job, &costs, error);
-	if (!status)
+	if (status == TW_OK)
 		status = draw(job, &job->ours, costs, &summary->seconds_metrics, error);
-	if (!status && compare)
+	if (status == TW_OK && compare)
 		status = draw(job, &job->baseline, NULL, &summary->seconds_metrics, error);
 	summary->seconds_curves = lap(&start) - summary->seconds_metrics;
 	return status;
@@ -280,9 +280,9 @@ static enum tw_status stretch(struct job *job, struct tw_error *error)
 	const struct branch_set *branches[2] = {&job->ours.branches, &job->baseline.branches};
 	const uint32_t layouts = job->pricing.network.baseline ? 2 : 1;
 	enum tw_status status = take_trace(&asked[0], job, &job->ours.trace, job->ours.branches.branch_count, error);
-	if (!status && layouts == 2)
+	if (status == TW_OK && layouts == 2)
 		status = take_trace(&asked[1], job, &job->baseline.trace, job->baseline.branches.branch_count, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	return metrics_elongation(metrics, trace, branches, layouts, job->ground.asked, job->arena, error);
 }
@@ -375,14 +375,14 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 	report(job, "terminals", 0);
 	enum tw_status status = prepare(job, error);
 	summary->seconds_terminals = lap(&start);
-	if (!status)
+	if (status == TW_OK)
 		status = solve(job, summary, error);
 	bool has_elongation = false;
 	start = now();
-	if (!status)
+	if (status == TW_OK)
 		status = look_at_motions(job, &has_elongation, error);
 	summary->seconds_elongation = lap(&start);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	report(job, "artifacts", 0.97);
 	struct layout_result result = {

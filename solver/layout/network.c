@@ -347,7 +347,7 @@ static enum tw_status join_corners(struct lister *lister, uint32_t node, const s
 			if (f == 1 && common_edge(network, node, vertex) != GARMENT_NONE)
 				continue;
 			enum tw_status status = list_extra(lister, node, vertex, face[f], error);
-			if (status)
+			if (status != TW_OK)
 				return status;
 		}
 	}
@@ -365,7 +365,7 @@ static enum tw_status join_extras(struct lister *lister, uint32_t node, const st
 			if (face[i / others] != other_face[i % others])
 				continue;
 			enum tw_status status = list_extra(lister, node, other, face[i / others], error);
-			if (status)
+			if (status != TW_OK)
 				return status;
 			break;
 		}
@@ -386,9 +386,9 @@ static enum tw_status list_extras(struct lister *lister, struct tw_error *error)
 		lister->extra_site[network->extra_count++] = s;
 		lister->terminal[s] = node;
 		enum tw_status status = join_corners(lister, node, site, error);
-		if (!status)
+		if (status == TW_OK)
 			status = join_extras(lister, node, site, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return TW_OK;
@@ -463,7 +463,7 @@ enum tw_status network_build(struct network *network, struct arena *arena, const
 	if (baseline == BASELINE_UNIT)
 		count_edges_first(&lister);
 	status = break_ties(network, arena, &lister, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	network->mesh_edge = lister.mesh_edge;
 	network->extra_face = lister.extra_face;

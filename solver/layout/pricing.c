@@ -40,7 +40,7 @@ static enum tw_status find_field(struct pricing *pricing, struct arena *arena, c
 	const unsigned threads = input->threads ? input->threads : 1;
 	enum tw_status status = field_weigh(&pricing->own, arena, input->garment, input->topology,
 					    input->field->density, &options, pricing->constraints, threads, error);
-	if (!status && pricing->has_chords)
+	if (status == TW_OK && pricing->has_chords)
 		status = field_weigh_chords(&pricing->own, arena, input->garment, input->topology, pricing->constraints,
 					    threads, NULL, error);
 	return status;
@@ -55,7 +55,7 @@ static enum tw_status make_walker(struct strip_walker **walker, struct strip_fab
 		return tw_fail_memory(error);
 	field_value(field, constraints, value);
 	enum tw_status status = strip_fabric_build(fabric, arena, input->garment, input->topology, value, error);
-	return status ? status : strip_walker_new(walker, arena, fabric, error);
+	return status != TW_OK ? status : strip_walker_new(walker, arena, fabric, error);
 }
 
 static enum tw_status make_keep_out_walker(struct pricing *pricing, struct arena *arena,
@@ -82,21 +82,21 @@ enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const
 {
 	const struct layout_input *input = &ground->input;
 	enum tw_status status = find_field(pricing, arena, ground, eta_mpa, error);
-	if (!status)
+	if (status == TW_OK)
 		status = make_walker(&pricing->walker, &pricing->fabric, arena, input, pricing->field, NULL, error);
 	struct strip_walker *priced = pricing->walker;
 	struct strip_fabric fabric;
-	if (!status && pricing->constraints)
+	if (status == TW_OK && pricing->constraints)
 		status = make_walker(&priced, &fabric, arena, input, pricing->field, pricing->constraints, error);
-	if (!status)
+	if (status == TW_OK)
 		status = make_keep_out_walker(pricing, arena, input, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	const struct network_walkers walkers = {priced, pricing->keep_out_walker};
 	status = network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites,
 			       &walkers, (enum layout_baseline)input->request->options.baseline, error);
 	pricing->graph = &pricing->network.graph;
-	if (status || !pricing->has_chords)
+	if (status != TW_OK || !pricing->has_chords)
 		return status;
 	pricing->graph = &pricing->chords.graph;
 	return chord_graph_build(&pricing->chords, arena, &pricing->network, pricing->field, &pricing->fabric, error);
@@ -165,7 +165,7 @@ enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena,
 	};
 	enum tw_status status = steiner_solve(search->graph, pricing->network.terminal, pricing->network.sites->count,
 					      &options, arena, tree, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	if (tree->outcome == STEINER_CANCELLED)
 		return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");

@@ -94,7 +94,7 @@ static enum tw_status mark_polygon(const struct finder *finder, const struct fac
 	const struct garment *garment = finder->garment;
 	uint32_t piece;
 	enum tw_status status = find_piece(finder, region->piece, where, &piece, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	struct vec2 *polygon = ARENA_ARRAY(arena, region->point_count, struct vec2);
 	if (!polygon)
@@ -149,7 +149,7 @@ static enum tw_status find_keep_outs(const struct finder *finder, struct field_c
 		return tw_fail_memory(error);
 	found->face_keep_out = mark;
 	enum tw_status status = TW_OK;
-	for (uint32_t i = 0; i < finder->constraints->keep_out_count && !status; i++)
+	for (uint32_t i = 0; i < finder->constraints->keep_out_count && status == TW_OK; i++)
 		status = mark_region(finder, &finder->constraints->keep_out[i], "keep_out", i, mark, arena, error);
 	return status;
 }
@@ -169,7 +169,7 @@ static enum tw_status find_multipliers(const struct finder *finder, struct field
 		const struct face_region *region = &finder->constraints->multiplier[i];
 		memset(mark, 0, faces);
 		enum tw_status status = mark_region(finder, region, "face_multipliers", i, mark, arena, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		for (uint32_t f = 0; f < faces; f++) {
 			factor[f] *= mark[f] ? region->factor : 1;
@@ -257,9 +257,9 @@ enum tw_status constraints_find(struct field_constraints *found, struct arena *a
 	enum tw_status status = TW_OK;
 	if (constraints->keep_out_count)
 		status = find_keep_outs(&finder, found, arena, error);
-	if (!status && constraints->multiplier_count)
+	if (status == TW_OK && constraints->multiplier_count)
 		status = find_multipliers(&finder, found, arena, error);
-	if (!status && constraints->free_edge_count)
+	if (status == TW_OK && constraints->free_edge_count)
 		status = find_free_edges(&finder, found, arena, error);
 	return status;
 }

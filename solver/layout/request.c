@@ -26,7 +26,7 @@ static enum tw_status read_barycentric(double weights[3], const json_t *value, c
 {
 	const double slack = 1e-4;
 	enum tw_status status = json_read_numbers(weights, 3, value, where, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	double sum = 0;
 	for (int i = 0; i < 3; i++) {
@@ -110,7 +110,7 @@ static enum tw_status read_terminal(struct layout_terminal *terminal, const json
 		char place[POINTER_SIZE];
 		option_pointer(place, sizeof place, where, key);
 		enum tw_status status = read_field(terminal, key, value, place, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return find_form(terminal, object, where, error);
@@ -140,7 +140,7 @@ static enum tw_status check_names(const struct layout_request *request, struct t
 			named[count++] = (struct named){request->terminals[i].name, i};
 	qsort(named, count, sizeof(struct named), compare_names);
 	enum tw_status status = TW_OK;
-	for (size_t i = 1; i < count && !status; i++) {
+	for (size_t i = 1; i < count && status == TW_OK; i++) {
 		if (strcmp(named[i - 1].name, named[i].name) != 0)
 			continue;
 		char where[64];
@@ -173,7 +173,7 @@ static enum tw_status read_terminals(struct layout_request *request, const json_
 		char where[32];
 		snprintf(where, sizeof where, "/terminals/%zu", i);
 		enum tw_status status = read_terminal(&request->terminals[i], json_array_get(array, i), where, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 	}
 	return check_names(request, error);
@@ -198,13 +198,13 @@ static enum tw_status read_root(struct layout_request *request, const json_t *ro
 	}
 	const json_t *field = json_object_get(root, "field");
 	enum tw_status status = field ? json_read_text(&request->field, field, "/field", error) : TW_OK;
-	if (!status)
+	if (status == TW_OK)
 		status = read_terminals(request, json_object_get(root, "terminals"), error);
 	const json_t *options = json_object_get(root, "options");
-	if (!status && options)
+	if (status == TW_OK && options)
 		status = option_from_json(&layout_option_table, &request->options, options, "/options", NULL, error);
 	const json_t *constraints = json_object_get(root, "constraints");
-	if (!status && constraints)
+	if (status == TW_OK && constraints)
 		status = layout_constraints_parse(&request->constraints, constraints, "/constraints", error);
 	return status;
 }
@@ -216,11 +216,11 @@ enum tw_status layout_request_parse(struct layout_request *request, const char *
 	option_defaults(&layout_option_table, &request->options);
 	json_t *root;
 	enum tw_status status = option_json_parse(&root, bytes, size, error);
-	if (status)
+	if (status != TW_OK)
 		return status;
 	status = read_root(request, root, error);
 	json_decref(root);
-	if (status)
+	if (status != TW_OK)
 		layout_request_clear(request);
 	return status;
 }

@@ -95,7 +95,7 @@ static enum tw_status find_seams(struct sheet_names *names, const struct sheet *
 	enum tw_status status =
 		outline_seam_middles(outline, sheet->result->input->garment, sheet->arena, &middle, NULL);
 	names->seam = ARENA_ARRAY(sheet->arena, 2 * (size_t)outline->seam_count, struct seam_mark);
-	if (status || !names->seam)
+	if (status != TW_OK || !names->seam)
 		return tw_fail_memory(NULL);
 	for (uint32_t seam = 0; seam < outline->seam_count; seam++)
 		for (int side = 0; side < 2; side++) {

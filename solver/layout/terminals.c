@@ -381,7 +381,7 @@ enum tw_status terminals_place(struct site_set *set, struct arena *arena, const 
 	for (uint32_t i = 0; i < request->terminal_count; i++) {
 		struct site site = {.terminal = i};
 		enum tw_status status = find_place(&placer, i, &site.place, error);
-		if (status)
+		if (status != TW_OK)
 			return status;
 		set->snapped_mm[i] = site.place.distance;
 		recognise(&placer, &site);

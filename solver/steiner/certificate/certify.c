@@ -63,7 +63,8 @@ static enum tw_status improve(struct search *search, struct dual *dual)
 
 static enum tw_status grow_dual(struct search *search, struct dual *dual)
 {
-	const enum tw_status status = dual_ascend_best(dual, search, ASCENT_SHARE * (uint64_t)search->instance.edge_count);
+	const enum tw_status status =
+		dual_ascend_best(dual, search, ASCENT_SHARE * (uint64_t)search->instance.edge_count);
 	return status == TW_OK ? improve(search, dual) : status;
 }
 
