@@ -28,7 +28,7 @@ enum tw_status get_ready(struct api_call *call, struct tw_error *error)
 	const struct api_hooks *hooks = &call->settings->hooks;
 	char why[128] = "";
 	struct tw_error reason = {0};
-	if (store_ping(call->store, &reason))
+	if (store_ping(call->store, &reason) != TW_OK)
 		return tw_fail(error, TW_ERROR_IO, "not-ready", NULL, "the store does not answer: %s", reason.text);
 	if (hooks->ready && !hooks->ready(hooks->context, why, sizeof why))
 		return tw_fail(error, TW_ERROR_IO, "not-ready", NULL, "%s", why);

@@ -205,7 +205,7 @@ void body_upload_clear(struct body_upload *body)
 	upload_free(body->open);
 	/* Where discarding fails, the store's sweep does it later. What the client named stays the client's. */
 	for (size_t i = 0; i < body->count && !body->named; i++)
-		if (upload_discard(body->store, body->ids[i], NULL))
+		if (upload_discard(body->store, body->ids[i], NULL) != TW_OK)
 			continue;
 	*body = (struct body_upload){0};
 }

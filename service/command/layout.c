@@ -86,7 +86,7 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 	option_defaults(&own_table, settings);
 	option_defaults(&layout_option_table, &settings->layout);
 	settings->layout_argument = calloc((size_t)argc + 1, sizeof *settings->layout_argument);
-	if (!settings->layout_argument || garment_files_init(&session->files, argc, error))
+	if (!settings->layout_argument || garment_files_init(&session->files, argc, error) != TW_OK)
 		return tw_fail_memory(error);
 	for (int i = 1; i < argc; i++) {
 		bool taken;

@@ -104,7 +104,7 @@ static bool ensure_connected(struct rig_scanner *scanner)
 		return false;
 	}
 	struct tw_error error;
-	if (rig_device_connect(scanner->device, &error)) {
+	if (rig_device_connect(scanner->device, &error) != TW_OK) {
 		back_off(scanner);
 		note_problem(scanner, &error, 1);
 		return false;
