@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Two ends and what is between them; three to eight searches were needed on the suits, with 5 to 36 terminals. */
+/* At most. Seven to eleven were needed on suits of 3,057 and 23,729 vertices, with 10 to 36 terminals. */
 enum { SEARCHES = 14 };
 
 /* Of a weight: what is lighter by less is no other tree, but rounding. */

@@ -46,7 +46,7 @@ enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena,
 double pricing_solved(const struct steiner_progress *progress);
 
 /* The eta at which, for these terminals, the normalised curves of length (falling with eta) and deformation energy
- * (rising) cross (method 3), to three digits. Costs about seven searches, which share the request's time limit;
+ * (rising) cross (method 3), to three digits. Costs some ten searches, which share the request's time limit;
  * `progress` hears their share, 0…1. Scratch memory goes back to the arena. */
 enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struct ground *ground,
 			       const struct site_set *sites, void (*progress)(void *context, double share),
