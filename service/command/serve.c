@@ -153,7 +153,7 @@ static void on_worker_ended(void *context, pid_t pid, bool crashed)
 	struct tw_error error = {0};
 	char name[WORKER_NAME_SIZE];
 	worker_name(name, pid);
-	if (job_abandon(daemon->store, name, crashed, &error))
+	if (job_abandon(daemon->store, name, crashed, &error) != TW_OK)
 		log_error("abandon", &error);
 	supervisor_wake(daemon->supervisor);
 }
@@ -296,7 +296,7 @@ static void sweep(struct daemon *daemon)
 	bool more = false;
 	if (now_ms() < daemon->next_sweep_ms)
 		return;
-	if (store_sweep(daemon->store, UPLOAD_AGE_MS, &more, &error)) {
+	if (store_sweep(daemon->store, UPLOAD_AGE_MS, &more, &error) != TW_OK) {
 		log_error("sweep", &error);
 		more = false;
 	}
@@ -311,7 +311,7 @@ static void shrink(struct daemon *daemon)
 	if (now_ms() < daemon->next_shrink_ms)
 		return;
 	daemon->next_shrink_ms = now_ms() + SHRINK_MS;
-	if (store_shrink(daemon->store, &error))
+	if (store_shrink(daemon->store, &error) != TW_OK)
 		log_error("shrink", &error);
 }
 
@@ -360,7 +360,7 @@ int command_serve(int argc, char **argv)
 	struct daemon daemon = {.argc = argc, .argv = argv, .signals = -1};
 	struct tw_error error = {0};
 	enum config_outcome outcome = CONFIG_READY;
-	if (config_read(&daemon.config, argc, argv, &outcome, &error)) {
+	if (config_read(&daemon.config, argc, argv, &outcome, &error) != TW_OK) {
 		fprintf(stderr, "tightwire serve: %s%s%s\n", error.where, error.where[0] ? ": " : "", error.text);
 		return COMMAND_USAGE;
 	}
@@ -369,7 +369,7 @@ int command_serve(int argc, char **argv)
 		return COMMAND_DONE;
 	}
 	log_set_level(parse_log_level(daemon.config.log_level));
-	if (start(&daemon, &error)) {
+	if (start(&daemon, &error) != TW_OK) {
 		fprintf(stderr, "tightwire serve: %s%s%s\n", error.where, error.where[0] ? ": " : "", error.text);
 		stop(&daemon);
 		return COMMAND_FAILED;
