@@ -15,7 +15,7 @@ V ?= 0
 Q := $(if $(filter 1,$(V)),,@)
 
 out := build/$(config)
-packages := openmesh jansson sqlite3 libmodbus libzstd libsodium clp
+packages := openmesh libmicrohttpd jansson sqlite3 libmodbus libzstd libsodium clp
 test_packages := cmocka geos
 
 # --- what is compiled ------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-build='gcc g++ make pkg-config libopenmesh-dev libjansson-dev libsqlite3-dev libmodbus-dev
+build='gcc g++ make pkg-config libopenmesh-dev libmicrohttpd-dev libjansson-dev libsqlite3-dev libmodbus-dev
        libzstd-dev libsodium-dev coinor-libclp-dev libsuitesparse-dev zlib1g-dev'
 show='curl jq librsvg2-bin'
 test='libcmocka-dev libgeos-dev clang libclang-rt-14-dev sqlite3'

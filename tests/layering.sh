@@ -29,6 +29,7 @@ only() { # ROOM HEADER
 	[ -z "$hits" ] || { echo "layering: <$2 belongs to $1/, but: $hits"; bad=1; }
 }
 only storage 'sqlite3\.h'
+only service 'microhttpd\.h'
 only service 'modbus'
 only solver 'OpenMesh'
 

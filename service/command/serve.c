@@ -107,11 +107,12 @@ static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error
 	return daemon->signals >= 0 ? TW_OK : tw_fail(error, TW_ERROR_IO, "signals", NULL, "signalfd failed");
 }
 
-/* A descriptor for each connection, and some for the store and the pipes; as many as the hard limit allows. */
+/* Three descriptors for each connection (its own, and a pair while it is relayed), and some for the store and the
+ * pipes; as many as the hard limit allows. */
 static void raise_file_limit(int64_t connections)
 {
 	struct rlimit limit;
-	rlim_t wanted = (rlim_t)connections + HTTP_RESERVE + SPARE_FILES;
+	rlim_t wanted = 3 * (rlim_t)connections + HTTP_RESERVE + SPARE_FILES;
 	if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur >= wanted)
 		return;
 	limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;

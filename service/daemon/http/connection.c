@@ -4,6 +4,7 @@
 #include "service/log.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -26,7 +27,7 @@
 
 /* One run of a connection. */
 struct turn {
-	bool uses_store;
+	bool relays;
 	char *scratch;
 	int64_t now_ms;
 	unsigned reads;
@@ -73,49 +74,42 @@ struct http_connection *http_connection_new(struct http_context *context, int so
 		return NULL;
 	c->context = context;
 	c->socket = socket;
+	c->relay.socket = -1;
 	snprintf(c->peer, sizeof c->peer, "%s", peer);
 	enter(c, CONNECTION_IDLE, now_us() / 1000);
 	return c;
 }
 
-static void end_request(struct http_connection *c, bool is_complete)
+/* The engine logs and counts what it was given. */
+static void log_request(const struct http_connection *c, bool is_complete)
 {
-	struct http_context *context = c->context;
-	if (!c->exchange)
-		return;
 	double seconds = (double)(now_us() - c->started_us) / 1e6;
 	const struct route *route = exchange_route(c->exchange);
 	unsigned status = exchange_response(c->exchange)->status;
-	if (!status || c->phase == CONNECTION_HELD)
-		status = STATUS_CLIENT_GONE;
-	metrics_count_request(context->metrics, route, status, seconds);
+	status = status ? status : STATUS_CLIENT_GONE;
+	metrics_count_request(c->context->metrics, route, status, seconds);
 	log_event(LOG_LEVEL_INFO, "request", "id=%s peer=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
 		  exchange_request_id(c->exchange), c->peer, c->head.method ? c->head.method : "",
 		  route ? route->path : "", status, seconds * 1e3, (unsigned long long)c->received,
 		  is_complete ? "" : " aborted=true");
+}
+
+static void end_request(struct http_connection *c, bool is_complete)
+{
+	if (!c->exchange)
+		return;
+	if (c->phase != CONNECTION_RELAYING)
+		log_request(c, is_complete);
 	reply_clear(&c->reply);
+	relay_close(&c->relay);
 	exchange_free(c->exchange);
 	c->exchange = NULL;
 	head_clear(&c->head);
-	atomic_fetch_sub(&context->active, 1);
-}
-
-static void set_held(struct http_connection *c, bool held)
-{
-	struct http_context *context = c->context;
-	unsigned count = held ? atomic_fetch_add(&context->held, 1) + 1 : atomic_fetch_sub(&context->held, 1) - 1;
-	metrics_set_held(context->metrics, count);
-}
-
-static bool is_held(const struct http_connection *c)
-{
-	return c->phase == CONNECTION_HELD || c->phase == CONNECTION_STREAMING;
+	atomic_fetch_sub(&c->context->active, 1);
 }
 
 void http_connection_free(struct http_connection *c)
 {
-	if (is_held(c))
-		set_held(c, false);
 	end_request(c, false);
 	head_clear(&c->head);
 	close(c->socket);
@@ -142,13 +136,11 @@ static bool skip_body(struct http_connection *c)
 
 static bool begin_reply(struct http_connection *c, struct turn *turn)
 {
-	bool is_old = c->head.is_old;
-	struct api_response *response = exchange_response(c->exchange);
+	const struct api_response *response = exchange_response(c->exchange);
 	c->is_cut = c->is_cut || !skip_body(c);
 	c->ends = c->ends || c->is_cut || atomic_load(&c->context->draining);
-	struct reply_terms terms = {
-		.is_head = c->head.method && !strcmp(c->head.method, "HEAD"), .is_old = is_old, .ends = c->ends};
-	if (!reply_begin(&c->reply, response, &terms))
+	bool is_head = c->head.method && !strcmp(c->head.method, "HEAD");
+	if (!reply_begin(&c->reply, response, is_head, c->ends))
 		return stop(turn, CONNECTION_ENDS);
 	return enter(c, CONNECTION_SENDING, turn->now_ms);
 }
@@ -181,6 +173,7 @@ static bool refuse_late(struct http_connection *c, struct turn *turn, const char
 {
 	struct tw_error error = {0};
 	(void)tw_fail(&error, TW_ERROR_INPUT, "request-timeout", NULL, "%s", text);
+	relay_close(&c->relay);
 	c->is_cut = true;
 	return refuse(c, turn, &error);
 }
@@ -276,35 +269,32 @@ static bool read_head(struct http_connection *c, struct turn *turn)
 /* --- bodies ---------------------------------------------------------------------------------------------------------
  */
 
-static bool open_request(struct http_connection *c, struct turn *turn)
+static bool refuse_unserved(struct http_connection *c, struct turn *turn)
 {
-	static const char go_on[] = "HTTP/1.1 100 Continue\r\n\r\n";
-	if (exchange_needs_store(c->exchange) && !turn->uses_store)
-		return stop(turn, CONNECTION_NEEDS_STORE);
-	if (exchange_open(c->exchange) == EXCHANGE_ANSWERED)
-		return begin_reply(c, turn);
-	bool has_body = c->head.is_chunked || c->body_left;
-	if (has_body && c->head.expects && c->in_used == c->in_size &&
-	    send(c->socket, go_on, sizeof go_on - 1, MSG_NOSIGNAL | MSG_DONTWAIT) != (ssize_t)(sizeof go_on - 1))
-		return stop(turn, CONNECTION_ENDS);
-	return enter(c, CONNECTION_BODY, turn->now_ms);
+	struct tw_error error = {0};
+	(void)tw_fail(&error, TW_ERROR_LIMIT, "too-many-connections", NULL,
+		      "the service has as many requests as it can serve; try again in a moment");
+	relay_close(&c->relay);
+	return refuse(c, turn, &error);
 }
 
-static bool hold(struct http_connection *c, struct turn *turn)
+static bool open_request(struct http_connection *c, struct turn *turn)
 {
-	enter(c, CONNECTION_HELD, turn->now_ms);
-	set_held(c, true);
-	c->events = EPOLLRDHUP;
-	return stop(turn, CONNECTION_IS_HELD);
+	bool needs_engine = exchange_needs_store(c->exchange);
+	if (needs_engine && !turn->relays)
+		return stop(turn, CONNECTION_NEEDS_ENGINE);
+	if (needs_engine && !relay_open(&c->relay, c->context->engine, &c->head, c->peer))
+		return refuse_unserved(c, turn);
+	if (needs_engine)
+		return enter(c, CONNECTION_RELAYING, turn->now_ms);
+	if (exchange_open(c->exchange) == EXCHANGE_ANSWERED)
+		return begin_reply(c, turn);
+	return enter(c, CONNECTION_BODY, turn->now_ms);
 }
 
 static bool end_body(struct http_connection *c, struct turn *turn)
 {
-	enum exchange_state state = exchange_end(c->exchange);
-	if (state == EXCHANGE_HELD && !atomic_load(&c->context->draining))
-		return hold(c, turn);
-	if (state == EXCHANGE_HELD)
-		exchange_resume(c->exchange);
+	exchange_end(c->exchange);
 	return begin_reply(c, turn);
 }
 
@@ -313,12 +303,12 @@ static bool is_body_over(const struct http_connection *c)
 	return c->head.is_chunked ? c->chunk.state == CHUNK_END : c->body_left == 0;
 }
 
-/* Gives the exchange what of the bytes is body; how many were used up. Stops early once it has its answer. */
-static size_t feed(struct http_connection *c, const char *bytes, size_t size, enum exchange_state *state)
+/* Hands on what of the bytes is body, to the engine where the request is relayed; how many were used up. */
+static size_t feed(struct http_connection *c, const char *bytes, size_t size, bool *fits)
 {
 	size_t used = 0;
-	*state = EXCHANGE_READING;
-	while (used < size && *state == EXCHANGE_READING && !is_body_over(c) && c->chunk.state != CHUNK_BROKEN) {
+	*fits = true;
+	while (used < size && *fits && !is_body_over(c) && c->chunk.state != CHUNK_BROKEN) {
 		const char *data = bytes + used;
 		size_t data_size = size - used;
 		if (c->head.is_chunked) {
@@ -329,11 +319,11 @@ static size_t feed(struct http_connection *c, const char *bytes, size_t size, en
 			used += data_size;
 		}
 		c->received += data_size;
-		if (data_size)
-			*state = exchange_body(c->exchange, data, data_size);
+		if (c->phase == CONNECTION_RELAYING)
+			*fits = relay_put(&c->relay, &c->head, data, data_size) &&
+				(!is_body_over(c) || relay_put_end(&c->relay, &c->head));
 	}
 	c->moved += used;
-	metrics_count_received(c->context->metrics, used);
 	return used;
 }
 
@@ -351,47 +341,57 @@ static bool keep_rest(struct http_connection *c, const char *bytes, size_t size)
 	return true;
 }
 
-static bool after_feed(struct http_connection *c, struct turn *turn, enum exchange_state state)
+static bool refuse_chunks(struct http_connection *c, struct turn *turn)
 {
 	struct tw_error error = {0};
-	if (state == EXCHANGE_ANSWERED)
-		return begin_reply(c, turn);
-	if (c->chunk.state != CHUNK_BROKEN)
-		return true;
 	(void)tw_fail(&error, TW_ERROR_INPUT, "malformed-request", "body",
 		      "the body is not in chunks as HTTP writes them");
+	relay_close(&c->relay);
 	c->is_cut = true;
 	return refuse(c, turn, &error);
 }
 
-static bool receive_body(struct http_connection *c, struct turn *turn)
+enum body_outcome { BODY_CAME, BODY_BLOCKED, BODY_BROKEN, BODY_ENDS };
+
+/* More of the body: what came behind the head, then from the socket. */
+static enum body_outcome take_body(struct http_connection *c, struct turn *turn)
 {
-	enum exchange_state state;
-	size_t room = c->head.is_chunked                  ? CHUNKED_READ
-		      : c->body_left < CONNECTION_SCRATCH ? (size_t)c->body_left
-							  : CONNECTION_SCRATCH;
-	if (++turn->reads > READS_AT_ONCE)
-		return wait_for(c, turn, EPOLLIN);
-	ssize_t got = recv(c->socket, turn->scratch, room, MSG_DONTWAIT);
-	if (got < 0 && (errno == EAGAIN || errno == EINTR))
-		return wait_for(c, turn, EPOLLIN);
-	if (got <= 0)
-		return stop(turn, CONNECTION_ENDS);
-	size_t used = feed(c, turn->scratch, (size_t)got, &state);
-	if (!keep_rest(c, turn->scratch + used, (size_t)got - used))
-		return stop(turn, CONNECTION_ENDS);
-	return after_feed(c, turn, state);
+	bool fits = true;
+	if (c->in_used < c->in_size) {
+		c->in_used += feed(c, c->in + c->in_used, c->in_size - c->in_used, &fits);
+	} else {
+		size_t room = c->head.is_chunked                  ? CHUNKED_READ
+			      : c->body_left < CONNECTION_SCRATCH ? (size_t)c->body_left
+								  : CONNECTION_SCRATCH;
+		ssize_t got = recv(c->socket, turn->scratch, room, MSG_DONTWAIT);
+		if (got < 0 && (errno == EAGAIN || errno == EINTR))
+			return BODY_BLOCKED;
+		if (got <= 0)
+			return BODY_ENDS;
+		size_t used = feed(c, turn->scratch, (size_t)got, &fits);
+		fits = fits && keep_rest(c, turn->scratch + used, (size_t)got - used);
+	}
+	if (c->chunk.state == CHUNK_BROKEN)
+		return BODY_BROKEN;
+	return fits ? BODY_CAME : BODY_ENDS;
 }
 
 static bool read_body(struct http_connection *c, struct turn *turn)
 {
-	enum exchange_state state;
 	if (is_body_over(c))
 		return end_body(c, turn);
-	if (c->in_used == c->in_size)
-		return receive_body(c, turn);
-	c->in_used += feed(c, c->in + c->in_used, c->in_size - c->in_used, &state);
-	return after_feed(c, turn, state);
+	if (++turn->reads > READS_AT_ONCE)
+		return wait_for(c, turn, EPOLLIN);
+	switch (take_body(c, turn)) {
+	case BODY_CAME:
+		return true;
+	case BODY_BLOCKED:
+		return wait_for(c, turn, EPOLLIN);
+	case BODY_BROKEN:
+		return refuse_chunks(c, turn);
+	default:
+		return stop(turn, CONNECTION_ENDS);
+	}
 }
 
 /* --- sending ------------------------------------------------------------------------------------------------------ */
@@ -416,7 +416,7 @@ static bool go_idle(struct http_connection *c, struct turn *turn)
 	}
 	c->in_used = 0;
 	enter(c, CONNECTION_IDLE, turn->now_ms);
-	return turn->uses_store ? stop(turn, CONNECTION_IS_IDLE) : true;
+	return turn->relays ? stop(turn, CONNECTION_IS_IDLE) : true;
 }
 
 static bool finish(struct http_connection *c, struct turn *turn)
@@ -431,20 +431,97 @@ static bool finish(struct http_connection *c, struct turn *turn)
 
 static bool send_reply(struct http_connection *c, struct turn *turn)
 {
-	bool draining = atomic_load(&c->context->draining);
-	switch (reply_send(&c->reply, c->socket, draining, &c->moved)) {
+	switch (reply_send(&c->reply, c->socket, &c->moved)) {
 	case REPLY_DONE:
 		return finish(c, turn);
 	case REPLY_BLOCKED:
 		return wait_for(c, turn, EPOLLOUT);
-	case REPLY_WAITING:
-		enter(c, CONNECTION_STREAMING, turn->now_ms);
-		set_held(c, true);
-		c->events = EPOLLRDHUP;
-		return stop(turn, CONNECTION_WAITS);
 	default:
 		return stop(turn, CONNECTION_ENDS);
 	}
+}
+
+/* --- relaying -------------------------------------------------------------------------------------------------------
+ */
+
+/* Whether the client has left: reset its connection or, where it waits for a job, closed at least its half of it. */
+static bool has_left(const struct http_connection *c)
+{
+	struct pollfd socket = {c->socket, atomic_load(&c->relay.link->is_held) ? POLLRDHUP : 0, 0};
+	return poll(&socket, 1, 0) > 0 && (socket.revents & (POLLERR | POLLHUP | POLLRDHUP));
+}
+
+static bool wants_body(const struct http_connection *c)
+{
+	return !is_body_over(c) && !c->relay.is_shut && !relay_has_pending(&c->relay.up);
+}
+
+static bool wait_for_both(struct http_connection *c, struct turn *turn)
+{
+	bool has_down = relay_has_pending(&c->relay.down), is_held = atomic_load(&c->relay.link->is_held);
+	c->events = (wants_body(c) ? (unsigned)EPOLLIN : 0u) | (has_down ? (unsigned)EPOLLOUT : 0u) |
+		    (is_held ? (unsigned)EPOLLRDHUP : 0u);
+	c->relay_events =
+		(relay_has_pending(&c->relay.up) ? (unsigned)EPOLLOUT : 0u) | (has_down ? 0u : (unsigned)EPOLLIN);
+	if (wants_body(c) || has_down)
+		c->waits_from_ms = turn->now_ms;
+	return stop(turn, CONNECTION_WAITS);
+}
+
+/* Body to the engine. False: nothing moved, or *outcome says why it is over. */
+static bool push(struct http_connection *c, struct turn *turn, enum body_outcome *outcome)
+{
+	bool had_pending = relay_has_pending(&c->relay.up);
+	*outcome = BODY_BLOCKED;
+	if (had_pending && relay_push(&c->relay) == RELAY_BLOCKED)
+		return false;
+	if (!wants_body(c))
+		return had_pending;
+	*outcome = take_body(c, turn);
+	if (*outcome == BODY_CAME && is_body_over(c)) {
+		c->moved = 0;
+		c->waited_ms = 0;
+	}
+	return *outcome == BODY_CAME;
+}
+
+/* Answer to the client. An answer that comes before the end of the body ends the connection. */
+static enum relay_outcome pull(struct http_connection *c, struct turn *turn)
+{
+	struct relay *relay = &c->relay;
+	enum relay_outcome outcome = relay_deliver(relay, c->socket, &c->moved);
+	if (outcome != RELAY_CLEAR || relay->is_complete)
+		return outcome;
+	bool is_early = !is_body_over(c);
+	bool ends = c->ends || is_early || atomic_load(&c->context->draining);
+	bool had_begun = relay->has_begun;
+	outcome = relay_pull(relay, turn->scratch, CONNECTION_SCRATCH, ends);
+	if (relay->has_begun && !had_begun) {
+		c->ends = ends;
+		c->is_cut = is_early;
+		relay->is_shut = relay->is_shut || is_early;
+	}
+	return outcome == RELAY_SHUT && relay->is_complete ? RELAY_CLEAR : outcome;
+}
+
+static bool relay_request(struct http_connection *c, struct turn *turn)
+{
+	while (turn->reads++ < READS_AT_ONCE) {
+		enum body_outcome body = BODY_BLOCKED;
+		bool moves = push(c, turn, &body);
+		if (body == BODY_BROKEN)
+			return refuse_chunks(c, turn);
+		if (body == BODY_ENDS)
+			return stop(turn, CONNECTION_ENDS);
+		enum relay_outcome answer = pull(c, turn);
+		if (answer == RELAY_SHUT)
+			return stop(turn, CONNECTION_ENDS);
+		if (answer == RELAY_CLEAR && c->relay.is_complete && !relay_has_pending(&c->relay.down))
+			return finish(c, turn);
+		if (!moves && answer == RELAY_BLOCKED)
+			return has_left(c) ? stop(turn, CONNECTION_ENDS) : wait_for_both(c, turn);
+	}
+	return wait_for_both(c, turn);
 }
 
 static bool linger(struct http_connection *c, struct turn *turn)
@@ -473,13 +550,12 @@ static bool step(struct http_connection *c, struct turn *turn)
 		return open_request(c, turn);
 	case CONNECTION_BODY:
 		return read_body(c, turn);
+	case CONNECTION_RELAYING:
+		return relay_request(c, turn);
 	case CONNECTION_SENDING:
 		return send_reply(c, turn);
 	case CONNECTION_LINGERING:
 		return linger(c, turn);
-	case CONNECTION_HELD:
-	case CONNECTION_STREAMING:
-		break; /* of these only the client's leaving is an event */
 	}
 	return stop(turn, CONNECTION_ENDS);
 }
@@ -491,35 +567,13 @@ static enum connection_outcome run(struct http_connection *c, struct turn *turn)
 	return turn->outcome;
 }
 
-enum connection_outcome http_connection_run(struct http_connection *c, bool uses_store, char *scratch, int64_t now_ms)
+enum connection_outcome http_connection_run(struct http_connection *c, bool relays, char *scratch, int64_t now_ms)
 {
-	struct turn turn = {uses_store, scratch, now_ms, 0, CONNECTION_WAITS};
+	struct turn turn = {relays, scratch, now_ms, 0, CONNECTION_WAITS};
 	if (c->waits_from_ms)
 		c->waited_ms += now_ms - c->waits_from_ms;
 	c->waits_from_ms = 0;
 	return run(c, &turn);
-}
-
-enum connection_outcome http_connection_look(struct http_connection *c, bool changed, char *scratch, int64_t now_ms)
-{
-	struct turn turn = {true, scratch, now_ms, 0, CONNECTION_WAITS};
-	bool draining = atomic_load(&c->context->draining);
-	if (c->phase == CONNECTION_HELD) {
-		if (!draining && now_ms < exchange_until_ms(c->exchange) && !(changed && exchange_is_due(c->exchange)))
-			return CONNECTION_WAITS;
-		set_held(c, false);
-		c->phase = CONNECTION_SENDING;
-		exchange_resume(c->exchange);
-		(void)begin_reply(c, &turn);
-	} else if (c->phase == CONNECTION_STREAMING) {
-		if (!draining && !changed)
-			return CONNECTION_WAITS;
-		set_held(c, false);
-		enter(c, CONNECTION_SENDING, now_ms);
-	} else {
-		return CONNECTION_WAITS;
-	}
-	return turn.outcome == CONNECTION_WAITS ? run(c, &turn) : turn.outcome;
 }
 
 /* --- time -----------------------------------------------------------------------------------------------------------
@@ -557,6 +611,23 @@ static enum connection_outcome end_late(struct http_connection *c, struct turn *
 	return goes_on ? run(c, turn) : turn->outcome;
 }
 
+static enum connection_outcome check_relay(struct http_connection *c, struct turn *turn)
+{
+	bool is_late_now = !is_body_over(c) && is_late(c, turn->now_ms);
+	bool is_slow_now = c->waits_from_ms && is_slow(c, turn->now_ms);
+	int64_t waits_from_ms = c->waits_from_ms;
+	if (!is_late_now && !is_slow_now) {
+		(void)wait_for_both(c, turn); /* it may wait for a job now, or no longer */
+		c->waits_from_ms = waits_from_ms;
+		return CONNECTION_WAITS;
+	}
+	if (c->relay.has_begun || is_body_over(c))
+		return CONNECTION_ENDS;
+	return end_late(c, turn,
+			is_late_now ? "the request took too long; send large files with POST /v1/uploads"
+				    : "the body came too slowly");
+}
+
 enum connection_outcome http_connection_check_time(struct http_connection *c, char *scratch, int64_t now_ms)
 {
 	struct turn turn = {c->phase != CONNECTION_HEAD, scratch, now_ms, 0, CONNECTION_WAITS};
@@ -572,6 +643,8 @@ enum connection_outcome http_connection_check_time(struct http_connection *c, ch
 		if (is_late(c, now_ms))
 			return end_late(c, &turn, "the request took too long; send large files with POST /v1/uploads");
 		return is_slow(c, now_ms) ? end_late(c, &turn, "the body came too slowly") : CONNECTION_WAITS;
+	case CONNECTION_RELAYING:
+		return check_relay(c, &turn);
 	case CONNECTION_SENDING:
 		return is_slow(c, now_ms) ? CONNECTION_ENDS : CONNECTION_WAITS;
 	case CONNECTION_LINGERING:

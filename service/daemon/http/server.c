@@ -1,6 +1,5 @@
 /* Loops: a thread with an epoll each, and the connections that it has. A connection belongs to one loop at a time and
- * moves through the other's inbox. Loop 0 is the front: it has the listening socket and the heads. Then come the
- * readers, then the writers. */
+ * moves through the other's inbox. Loop 0 is the front: it has the listening socket and the heads. The others relay. */
 #include "service/daemon/http/server.h"
 
 #include "service/daemon/http/address.h"
@@ -19,20 +18,22 @@
 #include <time.h>
 #include <unistd.h>
 
-#define WRITERS 16 /* threads that may wait for the store's writer, and for the disk, at once */
+#define ENGINE_CONNECTIONS 65536u /* of the limits in front of it each is lower */
+#define RELAYS 2                  /* threads that relay: they copy, and wait for nothing but sockets */
 #define EVENTS_AT_ONCE 64
 #define ACCEPTS_AT_ONCE 64
-#define TICK_MS 200      /* between looks at the time of connections */
-#define LOOK_MS 50       /* between looks for jobs that ended in a worker which is not ours, while somebody waits */
-#define LOOK_ALL_MS 1000 /* between looks at all who wait, changed or not: a job may have been deleted */
+#define TICK_MS 200 /* between looks at the time of connections */
 
 struct client {
 	struct http_connection *connection; /* owned */
 	struct client *next, *previous;
 	struct loop *loop; /* whose it is */
 	uint64_t address;
-	unsigned events; /* as epoll knows them */
-	bool is_dead;    /* to be freed when the events at hand have been seen to */
+	bool is_known; /* to epoll, with `events` */
+	unsigned events;
+	int relay; /* the relay's socket that epoll knows, with `relay_events`; -1 for none */
+	unsigned relay_events;
+	bool is_dead; /* to be freed when the events at hand have been seen to */
 };
 
 struct loop {
@@ -42,12 +43,12 @@ struct loop {
 	int epoll, wake; /* wake: an eventfd */
 	struct client *clients, *dead;
 	unsigned excused_count; /* front: of its clients, those beyond the limits */
-	int64_t next_tick_ms, next_look_ms, next_look_all_ms;
-	int64_t change;   /* of the store, seen last */
+	int64_t next_tick_ms;
 	atomic_uint load; /* clients, for whoever chooses a loop */
-	atomic_bool jobs_changed;
 	pthread_mutex_t lock;
-	struct client *inbox; /* guarded by `lock` */
+	struct client *inbox;      /* guarded by `lock` */
+	struct epoll_event *batch; /* borrowed: events at hand that have not been seen to */
+	int batch_size;
 	char scratch[CONNECTION_SCRATCH];
 };
 
@@ -58,8 +59,9 @@ struct http_server {
 	bool is_paused; /* front: the listening socket is not looked at, for want of descriptors */
 	atomic_bool stopping;
 	atomic_uint clients;
-	unsigned readers, loop_count; /* loop_count: the front, readers, and WRITERS */
-	struct loop **loops;          /* owned */
+	struct engine *engine; /* owned */
+	unsigned loop_count;   /* the front and RELAYS */
+	struct loop **loops;   /* owned */
 };
 
 static const struct tw_error too_many = {
@@ -117,11 +119,25 @@ static void wake(struct loop *loop)
 		return;
 }
 
+/* Epoll of this loop knows it no more, and what it has told already is not seen to. */
+static void leave(struct loop *loop, struct client *client)
+{
+	if (client->is_known)
+		epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->connection->socket, NULL);
+	if (client->relay >= 0 && client->relay == client->connection->relay.socket)
+		epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->relay, NULL);
+	client->is_known = false;
+	client->relay = -1;
+	for (int i = 0; i < loop->batch_size; i++)
+		if (loop->batch[i].data.ptr == client)
+			loop->batch[i].data.ptr = NULL;
+}
+
 static void drop(struct loop *loop, struct client *client)
 {
 	struct http_server *server = loop->server;
 	unlink_client(loop, client);
-	epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->connection->socket, NULL);
+	leave(loop, client);
 	http_connection_free(client->connection);
 	client->connection = NULL;
 	address_remove(server->addresses, client->address);
@@ -141,22 +157,11 @@ static void bury(struct loop *loop)
 	}
 }
 
-static bool is_writer(const struct loop *loop)
+/* The relay with the fewest clients. */
+static struct loop *choose_relay(const struct http_server *server)
 {
-	const struct http_server *server = loop->server;
-	for (unsigned i = 1 + server->readers; i < server->loop_count; i++)
-		if (server->loops[i] == loop)
-			return true;
-	return false;
-}
-
-/* The reader, or the writer, with the fewest clients. */
-static struct loop *choose_loop(const struct http_server *server, bool writes)
-{
-	unsigned first = writes ? 1 + server->readers : 1;
-	unsigned end = writes ? server->loop_count : 1 + server->readers;
-	struct loop *best = server->loops[first];
-	for (unsigned i = first + 1; i < end; i++)
+	struct loop *best = server->loops[1];
+	for (unsigned i = 2; i < server->loop_count; i++)
 		if (atomic_load(&server->loops[i]->load) < atomic_load(&best->load))
 			best = server->loops[i];
 	return best;
@@ -165,8 +170,7 @@ static struct loop *choose_loop(const struct http_server *server, bool writes)
 static void move(struct loop *from, struct loop *to, struct client *client)
 {
 	unlink_client(from, client);
-	epoll_ctl(from->epoll, EPOLL_CTL_DEL, client->connection->socket, NULL);
-	client->events = 0;
+	leave(from, client);
 	atomic_fetch_sub(&from->load, 1);
 	atomic_fetch_add(&to->load, 1);
 	pthread_mutex_lock(&to->lock);
@@ -176,29 +180,31 @@ static void move(struct loop *from, struct loop *to, struct client *client)
 	wake(to);
 }
 
-static bool is_waiting(const struct http_connection *c)
+static bool tell_epoll(struct loop *loop, int socket, struct client *client, bool *is_known, unsigned *known,
+		       unsigned events)
 {
-	return c->phase == CONNECTION_HELD || c->phase == CONNECTION_STREAMING;
+	struct epoll_event event = {.events = events, .data.ptr = client};
+	if (*is_known && *known == events)
+		return true;
+	int code = epoll_ctl(loop->epoll, *is_known ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, socket, &event);
+	*is_known = true;
+	*known = events;
+	return code == 0;
 }
 
-/* Tells epoll what the connection waits for. */
+/* Tells epoll what the connection waits for. The relay's socket is taken away while nothing is wanted of it: that its
+ * other end is closed would be told again and again. */
 static void listen_to(struct loop *loop, struct client *client)
 {
 	struct http_connection *c = client->connection;
-	struct epoll_event event = {.events = c->events, .data.ptr = client};
-	if (client->events == c->events)
-		return;
-	int code = epoll_ctl(loop->epoll, client->events ? EPOLL_CTL_MOD : EPOLL_CTL_ADD, c->socket, &event);
-	client->events = c->events;
-	if (code)
+	int relay = c->phase == CONNECTION_RELAYING && c->relay_events ? c->relay.socket : -1;
+	bool is_relay_known = relay >= 0 && client->relay == relay;
+	if (client->relay >= 0 && client->relay != relay && client->relay == c->relay.socket)
+		epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->relay, NULL);
+	client->relay = relay;
+	if (!tell_epoll(loop, c->socket, client, &client->is_known, &client->events, c->events) ||
+	    (relay >= 0 && !tell_epoll(loop, relay, client, &is_relay_known, &client->relay_events, c->relay_events)))
 		drop(loop, client);
-}
-
-static void wait_for(struct loop *loop, struct client *client)
-{
-	if (is_waiting(client->connection) && loop->next_look_ms > now_ms() + LOOK_MS)
-		loop->next_look_ms = now_ms() + LOOK_MS;
-	listen_to(loop, client);
 }
 
 static void obey(struct loop *loop, struct client *client, enum connection_outcome outcome)
@@ -209,16 +215,10 @@ static void obey(struct loop *loop, struct client *client, enum connection_outco
 		outcome = http_connection_run(c, false, loop->scratch, now_ms());
 	switch (outcome) {
 	case CONNECTION_WAITS:
-		wait_for(loop, client);
+		listen_to(loop, client);
 		return;
-	case CONNECTION_NEEDS_STORE:
-		move(loop, choose_loop(server, exchange_may_wait(c->exchange)), client);
-		return;
-	case CONNECTION_IS_HELD:
-		if (is_writer(loop))
-			move(loop, choose_loop(server, false), client);
-		else
-			wait_for(loop, client);
+	case CONNECTION_NEEDS_ENGINE:
+		move(loop, choose_relay(server), client);
 		return;
 	case CONNECTION_IS_IDLE:
 		move(loop, server->loops[0], client);
@@ -298,6 +298,7 @@ static void welcome(struct loop *front, int socket, const struct sockaddr_storag
 		return;
 	}
 	client->address = key;
+	client->relay = -1;
 	client->connection->excuse = find_excuse(front, address_add(server->addresses, key));
 	struct client *oldest =
 		client->connection->excuse && front->excused_count >= HTTP_RESERVE ? find_excused(front) : NULL;
@@ -362,35 +363,12 @@ static void check_time(struct loop *loop, int64_t now)
 	for (struct client *client = loop->clients; client; client = next) {
 		next = client->next;
 		enum connection_outcome outcome = http_connection_check_time(client->connection, loop->scratch, now);
-		if (outcome != CONNECTION_WAITS || client->events != client->connection->events)
+		if (outcome != CONNECTION_WAITS || client->events != client->connection->events ||
+		    client->connection->phase == CONNECTION_RELAYING)
 			obey(loop, client, outcome);
 	}
 	if (is_front(loop) && loop->server->is_paused && !atomic_load(&loop->server->context.draining))
 		pause_listening(loop->server, false);
-}
-
-/* Those who wait for a job: whether it has ended. The store is asked once for all of them whether anything has changed.
- */
-static void look_at_jobs(struct loop *loop, int64_t now)
-{
-	struct client *next = NULL;
-	int64_t change = loop->change;
-	bool is_known = api_change(loop->server->context.api, &change);
-	bool changed = !is_known || change != loop->change || now >= loop->next_look_all_ms;
-	unsigned waiting = 0;
-	loop->change = change;
-	if (now >= loop->next_look_all_ms)
-		loop->next_look_all_ms = now + LOOK_ALL_MS;
-	for (struct client *client = loop->clients; client; client = next) {
-		next = client->next;
-		if (!is_waiting(client->connection))
-			continue;
-		waiting++;
-		enum connection_outcome outcome = http_connection_look(client->connection, changed, loop->scratch, now);
-		if (outcome != CONNECTION_WAITS || client->events != client->connection->events)
-			obey(loop, client, outcome);
-	}
-	loop->next_look_ms = waiting ? now + LOOK_MS : INT64_MAX;
 }
 
 /* --- loops ----------------------------------------------------------------------------------------------------------
@@ -405,10 +383,7 @@ static void empty_inbox(struct loop *loop)
 	while (client) {
 		struct client *next = client->next;
 		link_client(loop, client);
-		if (is_waiting(client->connection))
-			wait_for(loop, client);
-		else
-			run(loop, client);
+		run(loop, client);
 		client = next;
 	}
 }
@@ -421,17 +396,14 @@ static void take_event(struct loop *loop, const struct epoll_event *event)
 	} else if (event->data.ptr == loop) {
 		if (read(loop->wake, &count, sizeof count) < 0)
 			return;
-	} else {
-		struct client *client = event->data.ptr;
-		if (!client->is_dead)
-			run(loop, client);
+	} else if (event->data.ptr) {
+		run(loop, event->data.ptr);
 	}
 }
 
 static int timeout_of(const struct loop *loop, int64_t now)
 {
-	int64_t until = loop->next_look_ms < loop->next_tick_ms ? loop->next_look_ms : loop->next_tick_ms;
-	return until > now ? (int)(until - now) : 0;
+	return loop->next_tick_ms > now ? (int)(loop->next_tick_ms - now) : 0;
 }
 
 static void *run_loop(void *context)
@@ -441,14 +413,17 @@ static void *run_loop(void *context)
 	struct epoll_event events[EVENTS_AT_ONCE];
 	while (!atomic_load(&server->stopping)) {
 		int count = epoll_wait(loop->epoll, events, EVENTS_AT_ONCE, timeout_of(loop, now_ms()));
-		for (int i = 0; i < count; i++)
+		for (int i = 0; i < count; i++) {
+			loop->batch = events + i + 1;
+			loop->batch_size = count - i - 1;
 			take_event(loop, &events[i]);
+		}
+		loop->batch_size = 0;
 		bury(loop);
 		empty_inbox(loop);
 		int64_t now = now_ms();
 		bool draining = atomic_load(&server->context.draining);
-		if (!is_front(loop) && (atomic_exchange(&loop->jobs_changed, false) || now >= loop->next_look_ms))
-			look_at_jobs(loop, now);
+
 		if (now >= loop->next_tick_ms || draining)
 			check_time(loop, now);
 		bury(loop);
@@ -467,7 +442,6 @@ static enum tw_status open_loop(struct http_server *server, unsigned i, struct t
 		return tw_fail_memory(error);
 	server->loops[i] = loop;
 	loop->server = server;
-	loop->next_look_ms = INT64_MAX;
 	pthread_mutex_init(&loop->lock, NULL);
 	loop->epoll = epoll_create1(EPOLL_CLOEXEC);
 	loop->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -506,6 +480,20 @@ void http_set_limits(struct http_server *server, const struct http_limits *limit
 	atomic_store(&own->rate_bytes_s, atomic_load(&limits->rate_bytes_s));
 }
 
+static enum tw_status start_engine(struct http_server *server, const struct http_settings *settings,
+				   struct tw_error *error)
+{
+	const struct engine_settings own = {
+		.api = settings->api,
+		.metrics = settings->metrics,
+		.threads = settings->threads,
+		.connections = ENGINE_CONNECTIONS,
+	};
+	enum tw_status status = engine_start(&server->engine, &own, error);
+	server->context.engine = server->engine;
+	return status;
+}
+
 enum tw_status http_start(struct http_server **server, const struct http_settings *settings, struct tw_error *error)
 {
 	*server = NULL;
@@ -517,13 +505,15 @@ enum tw_status http_start(struct http_server **server, const struct http_setting
 	made->socket = settings->socket;
 	made->context.api = settings->api;
 	made->context.metrics = settings->metrics;
-	made->readers = settings->threads;
-	made->loop_count = 1 + made->readers + WRITERS;
+	made->loop_count = 1 + RELAYS;
 	http_set_limits(made, settings->limits);
 	made->addresses = address_table_new();
 	made->loops = calloc(made->loop_count, sizeof(struct loop *));
 	*server = made; /* before its threads may ask for it */
-	enum tw_status status = made->addresses && made->loops ? start_loops(made, error) : tw_fail_memory(error);
+	enum tw_status status =
+		made->addresses && made->loops ? start_engine(made, settings, error) : tw_fail_memory(error);
+	if (status == TW_OK)
+		status = start_loops(made, error);
 	if (status != TW_OK) {
 		http_stop(made);
 		*server = NULL;
@@ -539,17 +529,12 @@ static void wake_all(struct http_server *server)
 
 void http_jobs_changed(struct http_server *server)
 {
-	if (!atomic_load(&server->context.held))
-		return;
-	for (unsigned i = 1; i <= server->readers; i++) {
-		atomic_store(&server->loops[i]->jobs_changed, true);
-		wake(server->loops[i]);
-	}
+	engine_jobs_changed(server->engine);
 }
 
 bool http_may_hold(const struct http_server *server)
 {
-	return atomic_load(&server->context.held) < atomic_load(&server->context.limits.held);
+	return engine_held(server->engine) < atomic_load(&server->context.limits.held);
 }
 
 void http_drain(struct http_server *server)
@@ -557,14 +542,17 @@ void http_drain(struct http_server *server)
 	atomic_store(&server->context.draining, true);
 	epoll_ctl(server->loops[0]->epoll, EPOLL_CTL_DEL, server->socket, NULL);
 	shutdown(server->socket, SHUT_RDWR);
-	for (unsigned i = 0; i < server->loop_count; i++)
-		atomic_store(&server->loops[i]->jobs_changed, true);
+	engine_drain(server->engine);
 	wake_all(server);
 }
 
 unsigned http_active(const struct http_server *server)
 {
-	return server ? atomic_load(&server->context.active) : 0;
+	if (!server || !server->engine)
+		return 0;
+	/* A request that is relayed is counted on both sides, but one side may be done with it before the other. */
+	unsigned here = atomic_load(&server->context.active), there = engine_active(server->engine);
+	return here > there ? here : there;
 }
 
 static void close_loop(struct loop *loop)
@@ -598,6 +586,7 @@ void http_stop(struct http_server *server)
 	for (unsigned i = 0; server->loops && i < server->loop_count; i++)
 		if (server->loops[i])
 			close_loop(server->loops[i]);
+	engine_stop(server->engine);
 	close(server->socket);
 	address_table_free(server->addresses);
 	free(server->loops);

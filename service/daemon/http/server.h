@@ -2,10 +2,7 @@
  *
  * One thread accepts, reads heads, and answers what asks for nothing of the store: /livez, and every refusal. It never
  * waits for anything but sockets, so it always answers. A request that was let in moves with its connection to one of
- * the readers, which may use the store, or, where it may have to wait for the store's writer, to one of the writers,
- * and comes back when it is answered. Writes that wait at the same time are committed together (storage/writer.h): as
- * many as there are writers share one wait for the disk. A request that waits for a job (`Prefer: wait`) and a stream
- * of events cost no thread.
+ * the threads that relay it to libmicrohttpd (engine.h), and comes back when it is answered.
  *
  * Beyond its limits a client is not left waiting: a few connections more are accepted for as long as it takes to tell
  * them 503, or 429 to an address that has too many, or to answer /livez. Connections that are idle make room first. */
