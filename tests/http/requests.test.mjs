@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { connect } from 'node:net';
 import { after, before, test } from 'node:test';
-import { Service, sleep } from './service.mjs';
+import { Service, openapi, sleep } from './service.mjs';
 
 let service;
 before(
@@ -456,6 +456,28 @@ test('an order of a recording reads as JSON and as CSV from the start', async ()
   assert.deepEqual((await service.get(`${json.href}/samples`)).json, { items: [], next: null });
   const csv = await service.get(`${json.href}/samples.csv`);
   assert.equal(csv.text.split('\n')[0].split(',').length, 25);
+});
+
+// What a browser would send for a page: with Origin, and with a Host of the page's own where its name resolves to us.
+test('a page of another origin drives nothing, whatever it asks', async () => {
+  const port = new URL(service.url).port;
+  const before = (await service.get('/v1/jobs?limit=1000')).json.items.length;
+  for (const [path, methods] of Object.entries(openapi.paths))
+    for (const method of Object.keys(methods)) {
+      const line = `${method.toUpperCase()} ${path.replace(/\{\w+\}/g, 'x')} HTTP/1.1\r\n`;
+      const body = 'Content-Type: application/json\r\nContent-Length: 2\r\nConnection: close\r\n\r\n{}';
+      const evil = await raw(`${line}Host: localhost:${port}\r\nOrigin: https://evil.example\r\n${body}`);
+      assert.match(evil, /^HTTP\/1.1 403 [^]*problem:foreign-origin/, line);
+      assert.doesNotMatch(evil, /Access-Control-Allow-Origin: https:\/\/evil/);
+      const rebound = await raw(`${line}Host: evil.example:${port}\r\nOrigin: http://evil.example:${port}\r\n${body}`);
+      assert.match(rebound, /^HTTP\/1.1 421 [^]*problem:unknown-host/, line);
+    }
+  const preflight = await raw(`OPTIONS /v1/layouts HTTP/1.1\r\nHost: localhost\r\nOrigin: https://evil.example\r\nConnection: close\r\n\r\n`);
+  assert.match(preflight, /^HTTP\/1.1 403 /);
+  const own = `POST /v1/rig/recordings HTTP/1.1\r\nHost: localhost:${port}\r\nContent-Type: application/json\r\nContent-Length: 2\r\nConnection: close\r\n`;
+  assert.equal((await service.get('/v1/jobs?limit=1000')).json.items.length, before);
+  assert.match(await raw(`${own}Origin: http://localhost:${port}\r\n\r\n{}`), /^HTTP\/1.1 202 /);
+  assert.match(await raw(`${own}Origin: https://studio.example\r\n\r\n{}`), /^HTTP\/1.1 202 /);
 });
 
 test('rubbish on the socket does no harm', async () => {
