@@ -17,13 +17,44 @@ static bool is_reached(const struct network *network, uint32_t vertex)
 	return network->graph.first[vertex] < network->graph.first[vertex + 1];
 }
 
+/* Where a vertex of a face lies in the face's pattern plane. */
+static struct vec2 vertex_in_face(const struct garment *garment, uint32_t face, uint32_t vertex)
+{
+	const uint32_t *corner = &garment->face_vertex[3 * (size_t)face];
+	uint32_t k = corner[0] == vertex ? 0 : corner[1] == vertex ? 1 : 2;
+	assert(corner[k] == vertex);
+	const double *uv = &garment->pattern[2 * (size_t)garment->face_coord[3 * (size_t)face + k]];
+	return (struct vec2){uv[0], uv[1]};
+}
+
+/* Whether a chord comes too near to a corner of pieces that wires avoid, which has no edges then, at an end of the edge
+ * that it crosses. */
+static bool passes_corner(const struct network *network, const struct strip_chord *chord, uint32_t edge, double limit)
+{
+	const uint32_t *end = &network->topology->edge_vertex[2 * (size_t)edge];
+	for (uint32_t i = 0; i < 4; i++) {
+		uint32_t half = i / 2, corner = end[i % 2], face = chord->face[half];
+		if (!network->corner[corner] || is_reached(network, corner))
+			continue;
+		struct vec2 from = vertex_in_face(network->garment, face, chord->vertex[half]);
+		struct vec2 across = vec2_mix(vertex_in_face(network->garment, face, end[0]),
+					      vertex_in_face(network->garment, face, end[1]), chord->along);
+		struct vec2 at = vertex_in_face(network->garment, face, corner);
+		if (vec2_distance(at, vec2_mix(from, across, vec2_nearest(from, across, at))) < limit)
+			return true;
+	}
+	return false;
+}
+
 static void list_chords(struct list *list, const struct network *network, const struct field *field,
 			const struct strip_fabric *fabric)
 {
+	double corner_mm = NETWORK_CORNER_WIDTHS * field->options.strip_width_mm;
 	for (uint32_t e = 0; e < field->edge_count; e++) {
 		struct strip_chord chord;
 		if (field->chord_weight[e] == FIELD_FORBIDDEN || !strip_find_chord(fabric, e, &chord) ||
-		    !is_reached(network, chord.vertex[0]) || !is_reached(network, chord.vertex[1]))
+		    !is_reached(network, chord.vertex[0]) || !is_reached(network, chord.vertex[1]) ||
+		    passes_corner(network, &chord, e, corner_mm))
 			continue;
 		uint32_t i = list->count++;
 		memcpy(list->ends + 2 * (size_t)i, chord.vertex, sizeof chord.vertex);

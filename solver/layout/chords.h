@@ -16,8 +16,8 @@ struct chord_graph {
 	uint32_t chord_count;
 };
 
-/* `field` has weights of chords; `fabric` is of the same garment. Chords whose ends no edge of the network reaches are
- * left out. TW_ERROR_MEMORY. */
+/* `field` has weights of chords; `fabric` is of the same garment. Chords whose ends no edge of the network reaches, and
+ * those that pass a corner of pieces, are left out. TW_ERROR_MEMORY. */
 enum tw_status chord_graph_build(struct chord_graph *chords, struct arena *arena, const struct network *network,
 				 const struct field *field, const struct strip_fabric *fabric,
 				 struct tw_error *error) TW_NODISCARD;

@@ -11,6 +11,9 @@
 
 #include <stdbool.h>
 
+/* A wire that comes nearer to a corner of pieces than this many strip widths runs through it. */
+#define NETWORK_CORNER_WIDTHS 0.25
+
 /* Node n < vertex_count is that vertex of the garment; node vertex_count + i is the place of site extra_site[i]. Edge
  * e < mesh_edge_count is the garment's edge mesh_edge[e]; later ones lie in faces that hold extra nodes. */
 struct network {

@@ -5,7 +5,6 @@
 
 static const double cut_tolerance_mm = 0.25;   /* that a curve may leave its piece by: less than a cutter's */
 static const double area_tolerance_mm2 = 0.1;  /* that strips may cover of what they must not: rounding of curves */
-static const double corner_widths = 0.25;      /* nearer to a corner of pieces, in strip widths, is through it */
 static const double stray_step_mm = 1;         /* between the points of a curve that are looked at */
 static const double tolerance_slack_mm = 1e-3; /* of the tolerance: what lies on its limit keeps it */
 
@@ -444,7 +443,7 @@ static enum tw_status check_overlaps(struct checker *checker)
 static enum tw_status check_corner(struct checker *checker, uint32_t piece, struct vec2 corner)
 {
 	const struct rules_input *input = checker->input;
-	double limit = corner_widths * input->rules->strip_width_mm;
+	double limit = NETWORK_CORNER_WIDTHS * input->rules->strip_width_mm;
 	enum tw_status status = TW_OK;
 	for (uint32_t b = 0; b < input->branches->branch_count && status == TW_OK; b++) {
 		struct violation nearest = {RULE_SEAM_CORNER, b, GARMENT_NONE, piece, corner, INFINITY, limit};
