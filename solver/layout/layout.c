@@ -30,7 +30,7 @@ struct job {
 	struct strip_cutter cutter;
 	struct site_set sites;
 	struct pricing pricing;
-	struct wire_rules rules;
+	struct wire_rules rules, baseline_rules; /* the baseline's tree is of mesh edges */
 	struct solved ours, baseline;
 	struct layout_progress progress;
 	double share_from, share_to; /* what the running search is of the whole */
@@ -75,20 +75,34 @@ static void report_balance(void *context, double share)
 	report(context, "eta", SHARE_PLACED + share * (SHARE_BALANCED - SHARE_PLACED));
 }
 
+/* A tree of mesh edges zigzags, and a curve is the better the farther it may leave it: by half a zigzag and more. With
+ * chords it is nearly straight, and what is left for a curve is to be smooth. Measured over 24 random layouts of the
+ * coarse suit, chords: energies 105375 at 35 mm, 103669 at 10, 103390 at 6, 103672 at 2; on the fine suit
+ * 1.7 % less at 5 mm than at 15. */
+static double choose_tolerance(const struct job *job, bool has_chords)
+{
+	double asked = job->input->request->options.tolerance_mm;
+	double width = job->pricing.field->options.strip_width_mm, edge = job->pricing.network.mean_edge_mm;
+	if (!isnan(asked))
+		return asked;
+	return has_chords ? fmax(width / 3, 0.4 * edge) : fmax(width, 1.5 * edge);
+}
+
 static void choose_rules(struct job *job)
 {
 	const struct layout_options *options = &job->input->request->options;
 	double half = job->pricing.field->options.strip_width_mm / 2;
-	double zigzag = 1.5 * job->pricing.network.mean_edge_mm;
 	job->rules = (struct wire_rules){
 		.strip_width_mm = 2 * half,
 		.minimum_radius_mm = isnan(options->minimum_radius_mm) ? half : options->minimum_radius_mm,
-		.tolerance_mm = isnan(options->tolerance_mm) ? fmax(2 * half, zigzag) : options->tolerance_mm,
+		.tolerance_mm = choose_tolerance(job, job->pricing.has_chords),
 		.clearance_mm = isnan(options->seam_clearance_mm) ? half : options->seam_clearance_mm,
 		.spacing_mm = options->strip_spacing_mm,
 		.face_keep_out = job->pricing.constraints ? job->pricing.constraints->face_keep_out : NULL,
 		.keep_out = job->pricing.keep_out_walker,
 	};
+	job->baseline_rules = job->rules;
+	job->baseline_rules.tolerance_mm = choose_tolerance(job, false);
 }
 
 static bool has_terminals_on_pattern(const struct layout_request *request)
@@ -180,31 +194,31 @@ static struct metrics_input metrics_input_of(const struct job *job, const struct
 	};
 }
 
-static enum tw_status draw(struct job *job, struct solved *solved, const double *costs, double *seconds_metrics,
-			   struct tw_error *error)
+static enum tw_status draw(struct job *job, struct solved *solved, const struct wire_rules *rules, const double *costs,
+			   double *seconds_metrics, struct tw_error *error)
 {
 	enum tw_status status = branches_cut(&solved->branches, job->arena, &job->pricing.network, solved->tree.edges,
-					     solved->tree.edge_count, 2 * job->rules.strip_width_mm, error);
+					     solved->tree.edge_count, 2 * rules->strip_width_mm, error);
 	if (status == TW_OK)
 		status = wires_smooth(&solved->wires, job->arena, &job->pricing.network, &solved->branches,
-				      &job->outline, job->locator, &job->rules, costs, error);
+				      &job->outline, job->locator, rules, costs, error);
 	if (status == TW_OK)
 		status = strips_cut_all(&job->cutter, solved->wires.wire, solved->branches.branch_count,
-					job->rules.strip_width_mm, &solved->strips, error);
+					rules->strip_width_mm, &solved->strips, error);
 	if (status != TW_OK)
 		return status;
 	const struct metrics_input input = metrics_input_of(job, solved);
 	double start = now();
-	const struct rules_input rules = {
+	const struct rules_input checked = {
 		.network = &job->pricing.network,
 		.locator = job->locator,
 		.branches = &solved->branches,
 		.wires = &solved->wires,
 		.strips = solved->strips,
 		.cutter = &job->cutter,
-		.rules = &job->rules,
+		.rules = rules,
 	};
-	status = rules_check(&solved->violations, job->arena, &rules, error);
+	status = rules_check(&solved->violations, job->arena, &checked, error);
 	if (status == TW_OK)
 		status = metrics_measure(&solved->metrics, &solved->trace, job->arena, &input, error);
 	*seconds_metrics += now() - start;
@@ -251,9 +265,9 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	if (status == TW_OK)
 		status = find_costs(job, &costs, error);
 	if (status == TW_OK)
-		status = draw(job, &job->ours, costs, &summary->seconds_metrics, error);
+		status = draw(job, &job->ours, &job->rules, costs, &summary->seconds_metrics, error);
 	if (status == TW_OK && compare)
-		status = draw(job, &job->baseline, NULL, &summary->seconds_metrics, error);
+		status = draw(job, &job->baseline, &job->baseline_rules, NULL, &summary->seconds_metrics, error);
 	summary->seconds_curves = lap(&start) - summary->seconds_metrics;
 	return status;
 }
@@ -394,6 +408,7 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 		.sites = &job->sites,
 		.network = &job->pricing.network,
 		.rules = &job->rules,
+		.baseline_rules = &job->baseline_rules,
 		.ours = &job->ours,
 		.baseline = job->pricing.network.baseline ? &job->baseline : NULL,
 		.has_motions = input->request->options.elongation && input->motion_count > 0,

@@ -31,8 +31,8 @@ static const struct option rows[] = {
 	{"minimum_radius_mm", OPTION_NUMBER_OR_AUTO, AT(minimum_radius_mm), "mm", NAN, 0.1, 1000, NULL,
 	 "smallest radius of the wires' curves; auto is half the strip width"},
 	{"tolerance_mm", OPTION_NUMBER_OR_AUTO, AT(tolerance_mm), "mm", NAN, 0.01, 1000, NULL,
-	 "how far a curve may stray from the tree's path on the mesh; auto is the strip width, or more on a coarse "
-	 "mesh"},
+	 "how far a curve may stray from the tree's path; auto is a third of the strip width, the whole width for a "
+	 "tree of mesh edges alone, or more on a coarse mesh"},
 	{"seam_clearance_mm", OPTION_NUMBER_OR_AUTO, AT(seam_clearance_mm), "mm", NAN, 0, 1000, NULL,
 	 "distance that curves keep from cut lines that they do not cross; auto is half the strip width"},
 	{"strip_spacing_mm", OPTION_NUMBER, AT(strip_spacing_mm), "mm", 0, 0, 1000, NULL,

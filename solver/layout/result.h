@@ -32,6 +32,7 @@ struct layout_result {
 	const struct site_set *sites;
 	const struct network *network;
 	const struct wire_rules *rules;
+	const struct wire_rules *baseline_rules;
 	const struct solved *ours;
 	const struct solved *baseline;        /* NULL without one */
 	bool has_motions;                     /* the motions were asked: energies by motion may be there */

@@ -437,6 +437,8 @@ void write_layout_json(const struct layout_result *result, struct text *text)
 	text_add(text, ",\n  \"rules\":{\"minimum_radius_mm\":");
 	text_number(text, result->rules->minimum_radius_mm, MM_DECIMALS);
 	add_number(text, "tolerance_mm", result->rules->tolerance_mm, MM_DECIMALS);
+	if (result->baseline)
+		add_number(text, "baseline_tolerance_mm", result->baseline_rules->tolerance_mm, MM_DECIMALS);
 	add_number(text, "seam_clearance_mm", result->rules->clearance_mm, MM_DECIMALS);
 	add_number(text, "strip_spacing_mm", result->rules->spacing_mm, MM_DECIMALS);
 	text_add(text, "},\n  \"motions\":[");
