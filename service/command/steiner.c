@@ -111,10 +111,10 @@ static void on_interrupt(int number)
 	interrupted = 1;
 }
 
-static int is_interrupted(void *context)
+static bool is_interrupted(void *context)
 {
 	(void)context;
-	return interrupted;
+	return interrupted != 0;
 }
 
 static double gap_percent(uint64_t weight, uint64_t bound)

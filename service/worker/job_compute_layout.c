@@ -31,7 +31,7 @@ static void tell_progress(void *context, const struct layout_progress *progress)
 	free(partial);
 }
 
-static int is_cancelled(void *context)
+static bool is_cancelled(void *context)
 {
 	struct layout_work *layout = context;
 	return work_is_stopped(layout->work);

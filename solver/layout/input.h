@@ -39,7 +39,7 @@ struct layout_input {
 	 * be NULL: then there are no energies by motion. Called where the request asks for the elongation. */
 	enum tw_status (*motion_mean)(void *context, uint32_t motion, double *density, struct tw_error *error);
 	void (*progress)(void *context, const struct layout_progress *progress); /* may be NULL */
-	int (*cancelled)(void *context);                                         /* may be NULL */
+	bool (*cancelled)(void *context);                                        /* may be NULL */
 	void *context;                                                           /* borrowed, handed to all four */
 };
 

@@ -143,10 +143,10 @@ static void pass_progress(void *context, const struct steiner_progress *progress
 		callbacks->search->progress(callbacks->search->context, progress);
 }
 
-static int pass_cancelled(void *context)
+static bool pass_cancelled(void *context)
 {
 	const struct callbacks *callbacks = context;
-	return callbacks->input->cancelled ? callbacks->input->cancelled(callbacks->input->context) : 0;
+	return callbacks->input->cancelled && callbacks->input->cancelled(callbacks->input->context);
 }
 
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,

@@ -61,7 +61,7 @@ struct steiner_options {
 	/* Called from the calling thread, at stage ends and at most some times a second; may be NULL. */
 	void (*progress)(void *context, const struct steiner_progress *progress);
 	/* Polled every few milliseconds; a true answer ends the search with the best known. May be NULL. */
-	int (*cancelled)(void *context);
+	bool (*cancelled)(void *context);
 	void *context; /* borrowed, handed to both */
 };
 

@@ -653,7 +653,7 @@ static void every_terminal_that_is_seen_has_its_wire_there(void **state)
 	assert_true(seen >= 2 * 40);
 }
 
-static int stop_at_once(void *context)
+static bool stop_at_once(void *context)
 {
 	(void)context;
 	return 1;

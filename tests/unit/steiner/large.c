@@ -132,7 +132,7 @@ static void out_of_memory_anywhere_it_leaves_a_valid_tree_or_says_so(void **stat
 	assert_true(trees > 0 && refusals > 0);
 }
 
-static int countdown(void *context)
+static bool countdown(void *context)
 {
 	uint32_t *left = context;
 	return *left == 0 || --*left == 0;

@@ -16,7 +16,7 @@ struct watch {
 	uint64_t last_weight, last_bound, last_work;
 };
 
-static int cancelled(void *context)
+static bool cancelled(void *context)
 {
 	struct watch *watch = context;
 	return watch->polls_left == 0 || --watch->polls_left == 0;
