@@ -16,6 +16,7 @@ struct head {
 	char *method, *target;
 	char *names[HEADERS_MAX], *values[HEADERS_MAX];
 	size_t count;
+	int has_json;
 };
 
 static char folder[64];
@@ -54,7 +55,10 @@ static const char *find_header(void *context, const char *name)
 	for (size_t i = 0; i < head->count; i++)
 		if (!strcasecmp(head->names[i], name))
 			return head->values[i];
-	return NULL;
+	/* What the body looks like, so that an input need not say it to be read. */
+	if (strcasecmp(name, "Content-Type") != 0)
+		return NULL;
+	return head->has_json ? "application/json" : "model/obj";
 }
 
 /* Cuts the head off the text in place; what is left is the body. NULL when there is no request line. */
@@ -99,6 +103,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	char *body = cut_head(text, &head);
 	struct exchange *exchange = body ? exchange_new(api, head.target) : NULL;
 	if (exchange) {
+		head.has_json = *body == '{';
 		struct api_request request = {.method = head.method, .header = find_header, .context = &head};
 		size_t body_size = body >= text && body <= text + size ? (size_t)(text + size - body) : 0;
 		enum exchange_state state = exchange_headers(exchange, &request);

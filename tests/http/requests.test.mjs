@@ -458,6 +458,33 @@ test('an order of a recording reads as JSON and as CSV from the start', async ()
   assert.equal(csv.text.split('\n')[0].split(',').length, 25);
 });
 
+test('a name that is none gets the one that was meant, and all there are', async () => {
+  const terminals = [{ vertex: 1 }];
+  for (const [promise, words] of [
+    [service.post('/v1/layouts', { field: 'f', terminals, options: { time_limit: 1 } }), /^no option "time_limit"; did you mean time_limit_s\? There are: /],
+    [service.post('/v1/layouts', { field: 'f', terminal: terminals }), /did you mean terminals\? There are: field, terminals, options and constraints$/],
+    [service.post('/v1/layouts', { field: 'f', terminals: [{ vertx: 1 }] }), /did you mean vertex\?/],
+    [service.post('/v1/layouts', { field: 'f', terminals, constraints: { keepout: [] } }), /did you mean keep_out\?/],
+    [service.post('/v1/fields', { mesh: 'm', motion: [] }), /did you mean motions\? There are: mesh, motions, name and options$/],
+    [service.post('/v1/fields', { mesh: 'm', motions: [], options: { strip_width: 9 } }), /did you mean strip_width_mm\?/],
+    [service.post('/v1/meshes?units=cm', someMesh, { 'content-type': 'model/obj' }), /^no query parameter "units"; did you mean unit\?/],
+    [service.get('/v1/jobs?stat=queued'), /did you mean state\? There are: /],
+    [service.get('/v1/rig?x=1'), /^no query parameter "x"; there is none here; leave it out$/],
+    [service.request('POST', '/v1/uploads?part=warn'), /did you mean worn\? There are: worn, pattern and motion$/],
+  ]) {
+    const { json, status } = await promise;
+    assert.ok(status === 400 || status === 422, JSON.stringify(json));
+    assert.match(json.detail, words);
+  }
+});
+
+test('5.0 is the integer 5, and a byte order mark is skipped', async () => {
+  const json = { 'content-type': 'application/json' };
+  const field = await service.post('/v1/layouts', '\uFEFF{"field":"f","terminals":[{"vertex":5.0},{"face":1e0,"barycentric":[1,0,0]}]}', json);
+  await refuses(Promise.resolve(field), 422, 'no-such-field');
+  await refuses(service.post('/v1/layouts', '{"field":"f","terminals":[{"vertex":5.5}]}', json), 422, 'json-type', '/terminals/0/vertex');
+});
+
 // What a browser would send for a page: with Origin, and with a Host of the page's own where its name resolves to us.
 test('a page of another origin drives nothing, whatever it asks', async () => {
   const port = new URL(service.url).port;
