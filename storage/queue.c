@@ -113,6 +113,26 @@ static enum tw_status look(struct store *store, unsigned kinds, int64_t now_ms, 
 	return status;
 }
 
+static enum tw_status end_what_is_due(struct store *store, int64_t now_ms, struct tw_error *error)
+{
+	enum tw_status status = expire_leases(store, now_ms, error);
+	return status == TW_OK ? job_state_end_pauses(store, now_ms, error) : status;
+}
+
+enum tw_status job_expire(struct store *store, struct tw_error *error)
+{
+	bool due = false;
+	int64_t now_ms = store_lease_now_ms(store);
+	enum tw_status status = anything_due(store, now_ms, &due, error);
+	if (status != TW_OK || !due)
+		return status;
+	status = transaction_begin(store, false, error);
+	if (status != TW_OK)
+		return status;
+	status = end_what_is_due(store, now_ms, error);
+	return transaction_end(store, status, error);
+}
+
 static enum tw_status take_first(struct store *store, unsigned kinds, const char *worker, struct job_ticket *ticket,
 				 bool *found, struct tw_error *error)
 {
@@ -135,9 +155,7 @@ enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker
 	status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	status = expire_leases(store, now_ms, error);
-	if (status == TW_OK)
-		status = job_state_end_pauses(store, now_ms, error);
+	status = end_what_is_due(store, now_ms, error);
 	if (status == TW_OK)
 		status = take_first(store, kinds, worker, ticket, found, error);
 	status = transaction_end(store, status, error);

@@ -25,6 +25,9 @@ enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker
 enum tw_status job_claim_resource(struct store *store, const char *resource_id, const char *worker, int64_t lease_ms,
 				  struct job_ticket *ticket, bool *found, struct tw_error *error) TW_NODISCARD;
 
+/* Puts back what a claim would put back first: for a service whose workers are all busy, or none. */
+enum tw_status job_expire(struct store *store, struct tw_error *error) TW_NODISCARD;
+
 /* Renews the lease and tells progress. `stage` and `partial` (JSON) may be NULL: unchanged. `*cancel` is set when
  * somebody asked the job to stop. TW_ERROR_CONFLICT "lease-lost". */
 enum tw_status job_heartbeat(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,

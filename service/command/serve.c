@@ -8,14 +8,13 @@
 #include "service/command/command.h"
 #include "service/daemon/config.h"
 #include "service/daemon/http/server.h"
+#include "service/daemon/keeper.h"
 #include "service/daemon/listen.h"
 #include "service/daemon/metrics.h"
 #include "service/daemon/supervisor.h"
 #include "service/log.h"
-#include "service/rig/ending.h"
 #include "service/worker/worker.h"
 #include "storage/queue.h"
-#include "storage/sweep.h"
 
 #include <poll.h>
 #include <signal.h>
@@ -28,9 +27,6 @@
 
 #define TICK_MS 50
 #define SPARE_FILES 256
-#define SWEEP_MS 1000 /* between looks for something to sweep; while there is something, every tick */
-#define SHRINK_MS 60000
-#define UPLOAD_AGE_MS (60ll * 60 * 1000) /* an upload that nobody has finished for so long is removed */
 
 struct daemon {
 	struct config config;
@@ -38,14 +34,14 @@ struct daemon {
 	struct supervisor *supervisor;
 	struct api *api;
 	struct http_server *http;
-	struct store *store; /* the main thread's, for sweeping */
+	struct store *store; /* the main thread's */
+	struct keeper *keeper;
 	struct listener listener;
 	int argc; /* of the command line, for SIGHUP */
 	char **argv;
 	int signals;
 	atomic_bool draining;
 	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
-	int64_t next_sweep_ms, next_shrink_ms;
 };
 
 static int64_t now_ms(void)
@@ -220,6 +216,8 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 	if (status == TW_OK)
 		status = worker_abandon_dead(daemon->store, error);
 	if (status == TW_OK)
+		status = keeper_start(&daemon->keeper, config->store, error);
+	if (status == TW_OK)
 		status = open_api(daemon, error);
 	if (status == TW_OK)
 		status = start_workers(daemon, error);
@@ -291,31 +289,6 @@ static void take_signals(struct daemon *daemon)
 	}
 }
 
-static void sweep(struct daemon *daemon)
-{
-	struct tw_error error = {0};
-	bool more = false;
-	if (now_ms() < daemon->next_sweep_ms)
-		return;
-	if (store_sweep(daemon->store, UPLOAD_AGE_MS, &more, &error) != TW_OK) {
-		log_error("sweep", &error);
-		more = false;
-	}
-	if (recording_end_abandoned(daemon->store, &error) != TW_OK)
-		log_error("recordings", &error);
-	daemon->next_sweep_ms = more ? 0 : now_ms() + SWEEP_MS;
-}
-
-static void shrink(struct daemon *daemon)
-{
-	struct tw_error error = {0};
-	if (now_ms() < daemon->next_shrink_ms)
-		return;
-	daemon->next_shrink_ms = now_ms() + SHRINK_MS;
-	if (store_shrink(daemon->store, &error) != TW_OK)
-		log_error("shrink", &error);
-}
-
 static bool is_over(const struct daemon *daemon)
 {
 	if (!atomic_load(&daemon->draining))
@@ -334,8 +307,6 @@ static void run(struct daemon *daemon)
 		supervisor_tick(daemon->supervisor);
 		if (supervisor_take_done(daemon->supervisor))
 			http_jobs_changed(daemon->http);
-		sweep(daemon);
-		shrink(daemon);
 	}
 }
 
@@ -343,6 +314,7 @@ static void stop(struct daemon *daemon)
 {
 	http_stop(daemon->http);
 	supervisor_stop(daemon->supervisor);
+	keeper_stop(daemon->keeper);
 	api_close(daemon->api);
 	store_close(daemon->store);
 	metrics_free(daemon->metrics);

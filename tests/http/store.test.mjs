@@ -114,3 +114,21 @@ test('a service that is killed with all its workers, again and again, costs its 
   await service.stop();
   folder.remove();
 });
+
+test('a job of a worker that was killed goes back into the queue though no other worker is there', async () => {
+  const folder = temporaryFolder();
+  run('sample', '--out', join(folder.path, 'sample'), '--vertices', '60000');
+  const store = `sqlite:${folder.path}/store.db`;
+  const service = await Service.start({ workers: 0, store });
+  await service.post('/v1/meshes?name=suit.obj', readFileSync(join(folder.path, 'sample', 'suit.obj')), obj);
+  const worker = spawn(tightwire, ['worker', '--store', store, '--lease-s', '1']);
+  await until('it has begun', async () => (await lastJobs(service, 1))[0].state === 'running');
+  worker.kill('SIGKILL');
+  const [job] = await until('it is queued again', async () => {
+    const jobs = await lastJobs(service, 1);
+    return jobs[0].state === 'queued' && jobs;
+  });
+  assert.equal(job.attempts, 1);
+  await service.stop();
+  folder.remove();
+});

@@ -167,6 +167,19 @@ static void a_crash_costs_an_attempt_and_an_end_of_the_service_none(void **state
 	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_FAILED);
 }
 
+static void a_lease_runs_out_though_no_worker_asks(void **state)
+{
+	struct fixture *f = *state;
+	char id[STORE_ID_SIZE];
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
+	fixture_claim(f);
+	ok(f, job_expire(f->store, &f->error));
+	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_RUNNING);
+	f->now_ms += 5001;
+	ok(f, job_expire(f->store, &f->error));
+	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_QUEUED);
+}
+
 static void a_store_that_fails_costs_no_attempt_however_often(void **state)
 {
 	struct fixture *f = *state;
@@ -252,6 +265,7 @@ int main(void)
 		ANY_CLOCK(a_start_of_the_machine_ends_all_leases_and_costs_no_attempt),
 		ANY_CLOCK(an_upload_outlives_a_start_of_the_machine),
 		TEST(a_crash_costs_an_attempt_and_an_end_of_the_service_none),
+		TEST(a_lease_runs_out_though_no_worker_asks),
 		TEST(a_store_that_fails_costs_no_attempt_however_often),
 		TEST(a_lease_that_ran_out_while_the_disk_was_full_costs_no_attempt),
 		TEST(a_job_is_claimed_when_there_is_room_for_its_result),
