@@ -1,7 +1,7 @@
 /* Purpose: branch and cut, the stage that does not depend on how many terminals there are.
  *
  * A node of the search tree is a set of vertices that the tree must have and a set that it must not have. In a node the
- * linear program and the separation of cuts take turns (cut_lp.c, cut_flow.c, cut_balance.c; the first cuts are those
+ * linear program and the separation of cuts take turns (lp.c, flow.c, balance.c; the first cuts are those
  * of a dual ascent); every solution guides a shortest-path heuristic, and every proven bound deletes arcs by reduced
  * costs. A node is closed when its bound reaches the best tree; else a vertex is chosen that the solution has by half,
  * and the tree must have it in one child and not in the other (T. Koch & A. Martin, Solving Steiner tree problems in
@@ -11,7 +11,7 @@
  *
  * The search can be interrupted anywhere and goes on at the current node: its decisions, rows and deletions stay.
  *
- * Sound because: bounds are proven in integers (cut_lp.c); a row holds wherever its target must be reached, and names
+ * Sound because: bounds are proven in integers (lp.c); a row holds wherever its target must be reached, and names
  * all arcs but those deleted at the root of the search; every arc deleted by reduced costs is put back on leaving the
  * node. Weights are the caller's, whole numbers, so that a bound is rounded up. A node in which every vertex is decided
  * is a minimum spanning tree. */

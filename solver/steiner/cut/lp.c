@@ -1,5 +1,5 @@
 /* Purpose: the directed cut relaxation (Y. P. Aneja, An integer linear programming approach to the Steiner problem in
- * graphs, Networks 10, 1980; directed: R. T. Wong 1984) with the rows of cut_balance.c, solved by Clp's dual simplex.
+ * graphs, Networks 10, 1980; directed: R. T. Wong 1984) with the rows of balance.c, solved by Clp's dual simplex.
  *
  * The first basis is that of the dual ascent: in a cut's row stands the arc that raising the cut made free. No later
  * cut is entered by that arc, so the basis is triangular, and its prices are the ascent's: the program begins at the

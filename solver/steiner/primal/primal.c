@@ -1,6 +1,6 @@
 /* Purpose: the primal side of the search: where trees come from, and how they get better.
  *
- * A tree comes from a shortest-path heuristic; exchanges (primal_exchange.c) make it better. With a dual they
+ * A tree comes from a shortest-path heuristic; exchanges (exchange.c) make it better. With a dual they
  * stay in its *corridor*, the vertices through which trees pass cheaply by reduced costs: few vertices, and the
  * better the dual, the surer that an optimum lies among them (pruning guided by duals goes back to T. Polzin & S.
  * Vahdati Daneshmand, Improved algorithms for the Steiner problem in networks, Discrete Appl. Math. 112, 2001).

@@ -2,11 +2,11 @@
  *
  * The tree hangs from a root terminal. For a set I of other terminals and a vertex v, cost(I, v) is the weight of the
  * lightest tree that spans them (Erickson, Monma & Veinott, Send-and-split, Math. of OR 12, 1987). Here only sets and
- * labels exist that an optimum could use; dp_grow.c says how that is known. Sets are handled by the number of their
+ * labels exist that an optimum could use; grow.c says how that is known. Sets are handled by the number of their
  * terminals. A finished set is merged at once with every disjoint one that was finished before it, at the vertices
  * where both have useful labels: this makes the start labels of larger sets, which are complete when their turn comes,
  * because both parts of a merge are smaller. So sets of one size can be grown ahead of their turn by other threads
- * (dp_ahead.c); what they are merged to stays in order.
+ * (ahead.c); what they are merged to stays in order.
  *
  * Which finished sets could share a vertex is told by a *signature*: a bit for each of 64 groups of Voronoi regions. */
 #include "solver/steiner/program/dp.h"

@@ -1,7 +1,7 @@
 /* Purpose: T. Polzin & S. Vahdati Daneshmand, Improved algorithms for the Steiner problem in networks (Discrete Appl.
  * Math. 112, 2001): bounds and reductions that feed each other.
  *
- * A dual ascent (cut_ascent.c) from a root proves a bound and leaves reduced costs. A tree that uses the arc u -> v
+ * A dual ascent (cut/ascent.c) from a root proves a bound and leaves reduced costs. A tree that uses the arc u -> v
  * weighs at least the bound plus the reduced way from the root over the arc to a terminal, as in fix.c; an edge
  * goes when both its arcs cost too much. What an ascent reaches, and with it what can be deleted, depends much on the
  * root: so several roots take turns, and every one works on what the others left. The arcs without reduced cost hold

@@ -1,6 +1,6 @@
 /* Purpose: make the instance smaller before anything expensive looks at it.
  *
- * A round judges edges and vertices by distances (reduce_distance.c), carries the verdicts out, and then applies the
+ * A round judges edges and vertices by distances (distance.c), carries the verdicts out, and then applies the
  * simple tests until none fires (collected by C. W. Duin & A. Volgenant, Networks 19, 1989):
  * - a vertex that is no terminal and has one edge is not in an optimum; with two edges it is a bend: they become one;
  *   a passed vertex becomes an edge for each pair of its edges;
