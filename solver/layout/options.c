@@ -31,7 +31,7 @@ static const struct option rows[] = {
 	{"minimum_radius_mm", OPTION_NUMBER_OR_AUTO, AT(minimum_radius_mm), "mm", NAN, 0.1, 1000, NULL,
 	 "smallest radius of the wires' curves; auto is half the strip width"},
 	{"tolerance_mm", OPTION_NUMBER_OR_AUTO, AT(tolerance_mm), "mm", NAN, 0.01, 1000, NULL,
-	 "how far a curve may stray from the tree's path; auto is a third of the strip width, the whole width for a "
+	 "how far a curve may stray from the tree's path; auto is half the strip width, the whole width for a "
 	 "tree of mesh edges alone, or more on a coarse mesh"},
 	{"seam_clearance_mm", OPTION_NUMBER_OR_AUTO, AT(seam_clearance_mm), "mm", NAN, 0, 1000, NULL,
 	 "distance that curves keep from cut lines that they do not cross; auto is half the strip width"},
