@@ -66,18 +66,15 @@ quietly() {
 }
 
 # --- the system ------------------------------------------------------------------------------------------------------------------
-# The machine's own mirrors of Debian 12, one "URI suite component" a line; Debian's first one where it knows none.
+# The machine's own mirrors of Debian 12, one "URI suite component" a line; nothing where it knows none.
 sources() {
-	lines=$(apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Identifier: Packages' 'Origin: Debian' 2>/dev/null |
-		grep -E ' bookworm(-updates|-security)? main$' | sort -u) || true
-	[ -n "$lines" ] && echo "$lines" || true
+	apt-get indextargets --format '$(REPO_URI) $(CODENAME) $(COMPONENT)' 'Identifier: Packages' 'Origin: Debian' 2>/dev/null |
+		grep -E ' bookworm(-updates|-security)? main$' | sort -u || true
 }
 
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 [ -f $keyring ] || keyring=
 install_debootstrap() {
-	# What is thrown away need not be synced to the disk; nothing else changes by it.
-	mkdir -p "$root/etc/dpkg/dpkg.cfg.d" && echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fresh"
 	command -v apt-get >/dev/null || return 1
 	DEBIAN_FRONTEND=noninteractive apt-get -qq update &&
 		DEBIAN_FRONTEND=noninteractive apt-get -qq --yes --no-install-recommends install debootstrap
@@ -101,7 +98,8 @@ lend_path() {
 	cp -rL --preserve=mode "$1" "$root$1"
 }
 lend() {
-	sources | sed 's/^/deb /' >"$root/etc/apt/sources.list"
+	lines=$(sources) # without any, debootstrap has used its own mirror, and written it down
+	[ -z "$lines" ] || echo "$lines" | sed 's/^/deb /' >"$root/etc/apt/sources.list"
 	apt-config dump 2>/dev/null | grep -E '^Acquire::(http|https|Retries|Check-Valid-Until|Check-Date|ForceIPv[46])\b' \
 		>"$root/etc/apt/apt.conf.d/80machine" || true
 	for path in /etc/apt/keyrings /etc/apt/trusted.gpg.d /etc/apt/auth.conf /etc/apt/auth.conf.d /usr/share/keyrings \
