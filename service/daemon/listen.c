@@ -1,5 +1,7 @@
 #include "service/daemon/listen.h"
 
+#include "service/host_port.h"
+
 #include <arpa/inet.h>
 #include <errno.h>
 #include <netdb.h>
@@ -7,30 +9,6 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
-
-struct host_port {
-	char host[256];
-	char port[8];
-};
-
-static enum tw_status split(const char *address, struct host_port *parts, struct tw_error *error)
-{
-	const char *colon = strrchr(address, ':');
-	const char *host = address;
-	size_t length = colon ? (size_t)(colon - address) : 0;
-	if (length >= 2 && host[0] == '[' && host[length - 1] == ']') {
-		host++;
-		length -= 2;
-	}
-	if (!colon || length >= sizeof parts->host || strlen(colon + 1) >= sizeof parts->port || !colon[1] ||
-	    strspn(colon + 1, "0123456789") != strlen(colon + 1))
-		return tw_fail(error, TW_ERROR_INPUT, "listen-address", "listen",
-			       "\"%.80s\" is no address; write HOST:PORT or [IPV6]:PORT", address);
-	memcpy(parts->host, host, length);
-	parts->host[length] = 0;
-	memcpy(parts->port, colon + 1, strlen(colon + 1) + 1);
-	return TW_OK;
-}
 
 static bool is_loopback(const struct sockaddr *address)
 {
@@ -75,9 +53,11 @@ enum tw_status listen_open(struct listener *listener, const char *address, bool 
 	struct host_port parts;
 	struct addrinfo hints = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE},
 			*info = NULL;
-	enum tw_status status = split(address, &parts, error);
-	if (status != TW_OK)
-		return status;
+	enum tw_status status = TW_OK;
+	if (!host_port_parse(&parts, address))
+		return tw_fail(error, TW_ERROR_INPUT, "listen-address", "listen",
+			       "\"%.80s\" is no address; write HOST:PORT or [IPV6]:PORT, with a port from 0 to 65535",
+			       address);
 	int code = getaddrinfo(parts.host[0] ? parts.host : NULL, parts.port, &hints, &info);
 	if (code)
 		return tw_fail(error, TW_ERROR_INPUT, "listen-address", "listen", "%.80s: %s", address,

@@ -4,6 +4,7 @@
  * caller's affair. */
 #include "service/rig/device.h"
 
+#include "service/host_port.h"
 #include "service/rig/line.h"
 
 #include <errno.h>
@@ -19,18 +20,13 @@ struct rig_device {
 
 static modbus_t *new_tcp(const char *place, struct tw_error *error)
 {
-	char host[256];
-	const char *colon = strrchr(place, ':');
-	size_t length = colon ? (size_t)(colon - place) : 0;
-	char *end = NULL;
-	long port = colon ? strtol(colon + 1, &end, 10) : 0;
-	if (!colon || length == 0 || length >= sizeof host || port < 1 || port > 65535 || *end) {
-		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "the device must be tcp://HOST:PORT");
+	struct host_port parts;
+	if (!host_port_parse(&parts, place) || !parts.host[0] || !parts.number) {
+		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place,
+			      "the device must be tcp://HOST:PORT, with a port from 1 to 65535");
 		return NULL;
 	}
-	bool bracketed = place[0] == '[' && place[length - 1] == ']'; /* IPv6, RFC 3986 3.2.2 */
-	snprintf(host, sizeof host, "%.*s", (int)(bracketed ? length - 2 : length), place + bracketed);
-	modbus_t *modbus = modbus_new_tcp_pi(host, colon + 1);
+	modbus_t *modbus = modbus_new_tcp_pi(parts.host, parts.port);
 	if (!modbus)
 		(void)tw_fail(error, TW_ERROR_INPUT, "rig-device", place, "not a host and port: %s",
 			      modbus_strerror(errno));

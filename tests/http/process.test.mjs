@@ -27,6 +27,14 @@ test('it refuses to listen beyond this machine without a key file', () => {
   }
 });
 
+test('a port that no socket has is refused, not another one taken', () => {
+  for (const listen of ['localhost:99999', '127.0.0.1:65536', '[::1]:4294967376', 'localhost:']) {
+    const { status, stderr } = serve('--listen', listen, '--store', 'sqlite::memory:');
+    assert.equal(status, 1, listen);
+    assert.match(stderr, /is no address; write HOST:PORT/);
+  }
+});
+
 test('every command explains itself, and refuses what it does not know with one line', () => {
   const usage = spawnSync(tightwire, ['--help'], { encoding: 'utf8' }).stdout;
   const commands = [...usage.matchAll(/^ {2}(\w+) /gm)].map(([, name]) => name);
