@@ -14,6 +14,13 @@ static enum head_outcome refuse(struct tw_error *error, const char *type, const 
 	return HEAD_REFUSED;
 }
 
+static enum head_outcome refuse_line(struct tw_error *error, const char *type, size_t line, const char *text)
+{
+	char where[32];
+	snprintf(where, sizeof where, "line %zu", line);
+	return refuse(error, type, where, text);
+}
+
 static bool is_token_char(char c)
 {
 	unsigned char u = (unsigned char)c;
@@ -36,6 +43,15 @@ static bool is_control(char c)
 
 /* --- where it ends ------------------------------------------------------------------------------------------------ */
 
+/* Of the byte at `end`; the request line is line 1. */
+static size_t line_of(const struct head *head, const char *bytes, size_t end)
+{
+	size_t line = 1;
+	for (size_t i = head->start; i < end; i++)
+		line += bytes[i] == '\n';
+	return line;
+}
+
 /* Goes on at head->scanned. Lines end with CR LF and with nothing else. */
 static enum head_outcome find_end(struct head *head, const char *bytes, size_t size, struct tw_error *error)
 {
@@ -43,9 +59,11 @@ static enum head_outcome find_end(struct head *head, const char *bytes, size_t s
 	for (size_t i = head->scanned; i < end; i++) {
 		char c = bytes[i];
 		if ((i > 0 && bytes[i - 1] == '\r') != (c == '\n'))
-			return refuse(error, "malformed-request", NULL, "every line of a head ends with CR LF");
+			return refuse_line(error, "malformed-request", line_of(head, bytes, i),
+					   "every line of a head ends with CR LF");
 		if (is_control(c) && c != '\r' && c != '\n')
-			return refuse(error, "malformed-request", NULL, "the head holds a control character");
+			return refuse_line(error, "malformed-request", line_of(head, bytes, i),
+					   "the head holds a control character");
 		head->scanned = i + 1;
 		if (i == head->start && (c == '\r' || c == '\n')) {
 			if (++head->start > LEADING_MAX)
@@ -134,14 +152,25 @@ static enum head_outcome take_request_line(struct head *head, char *line, struct
 /* --- fields ---------------------------------------------------------------------------------------------------------
  */
 
+/* A line that is no field: said by the name where there is one, else by its number behind the request line. */
+static enum head_outcome refuse_field(const struct head *head, char *line, size_t length, struct tw_error *error)
+{
+	static const char form[] = "a header reads NAME: VALUE, without a blank before the colon";
+	bool has_blank = length && line[length + strspn(line + length, " \t")] == ':';
+	line[length] = 0;
+	return has_blank ? refuse(error, "malformed-header", line, form)
+			 : refuse_line(error, "malformed-header", head->field_count + 2, form);
+}
+
 static enum head_outcome take_field(struct head *head, char *line, struct tw_error *error)
 {
 	size_t length = token_length(line);
 	if (*line == ' ' || *line == '\t')
-		return refuse(error, "malformed-header", NULL, "a header must stand on one line");
+		return head->field_count ? refuse(error, "malformed-header", head->fields[head->field_count - 1].name,
+						  "a header must stand on one line; this one goes on in the next")
+					 : refuse_line(error, "malformed-header", 2, "a header must stand on one line");
 	if (!length || line[length] != ':')
-		return refuse(error, "malformed-header", NULL,
-			      "a header reads NAME: VALUE, without a blank before the colon");
+		return refuse_field(head, line, length, error);
 	if (head->field_count == HEAD_FIELDS_MAX)
 		return refuse(error, "head-too-large", NULL, "the request has more than 100 headers");
 	line[length] = 0;

@@ -97,6 +97,32 @@ static void what_is_wrong_is_refused_at_once(void **state)
 	}
 }
 
+static void what_is_no_header_is_named(void **state)
+{
+	(void)state;
+	static const char *const heads[][2] = {
+		{"Content-Length : 5\r\n", "Content-Length"},
+		{"Content-Length\t: 5\r\n", "Content-Length"},
+		{"X: a\r\n b\r\n", "X"},
+		{" X: a\r\n", "line 2"},
+		{"X: a\r\nBad Header\r\n", "line 3"},
+		{"X: a\r\nbad\r\n", "line 3"},
+		{"X: a\r\nY: b\r\n: c\r\n", "line 4"},
+		{"X: a\r\nY: \x01\r\n", "line 3"},
+		{"X: a\nY: b\r\n", "line 2"},
+		{"X: a\rY: b\r\n", "line 2"},
+	};
+	for (size_t i = 0; i < sizeof heads / sizeof *heads; i++) {
+		struct head head;
+		struct tw_error error = {0};
+		char text[128], bytes[128];
+		snprintf(text, sizeof text, "\r\nGET / HTTP/1.1\r\n%s\r\n", heads[i][0]);
+		assert_int_equal(parse(&head, bytes, text, &error), HEAD_REFUSED);
+		assert_string_equal(error.where, heads[i][1]);
+		head_clear(&head);
+	}
+}
+
 /* All data of the chunks, read `step` bytes at a time. */
 static enum chunk_state read_chunks(const char *text, size_t step, char *out)
 {
@@ -185,6 +211,7 @@ int main(void)
 		cmocka_unit_test(the_target_in_absolute_form_names_the_host),
 		cmocka_unit_test(a_head_that_comes_in_pieces_is_the_same),
 		cmocka_unit_test(what_is_wrong_is_refused_at_once),
+		cmocka_unit_test(what_is_no_header_is_named),
 		cmocka_unit_test(chunks_are_the_same_in_any_cut),
 		cmocka_unit_test(a_chunk_that_says_more_than_64_bits_is_broken),
 		cmocka_unit_test(connections_are_counted_by_address),
