@@ -145,9 +145,8 @@ uint32_t header_prefer_wait_s(const char *prefer)
 		if (!strncasecmp(p, "wait=", 5)) {
 			size_t digits = strspn(p + 5, "0123456789");
 			uint64_t seconds = 0;
-			if (digits && digits < 10 && read_number(p + 5, digits, &seconds))
-				return (uint32_t)seconds;
-			return 0;
+			bool fits = read_number(p + 5, digits, &seconds) && seconds <= UINT32_MAX;
+			return fits || !digits ? (uint32_t)seconds : UINT32_MAX;
 		}
 		p += item;
 		p += *p != 0;

@@ -18,7 +18,7 @@ bool header_parameter(const char *value, const char *name, char *parameter, size
  * preference do not, since every resource has one representation). */
 bool header_accepts(const char *accept, const char *media_type);
 
-/* Prefer: seconds of its "wait" (RFC 7240); 0 when it has none. */
+/* Prefer: seconds of its "wait" (RFC 7240); 0 when it has none, UINT32_MAX when they are more. */
 uint32_t header_prefer_wait_s(const char *prefer);
 
 /* If-None-Match: whether it names this entity tag, which is given with its quotes (weak comparison). */

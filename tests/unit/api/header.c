@@ -81,7 +81,12 @@ static void prefer_gives_the_seconds_of_its_wait(void **state)
 	assert_int_equal(header_prefer_wait_s("wait=5"), 5);
 	assert_int_equal(header_prefer_wait_s("respond-async, Wait=10"), 10);
 	assert_int_equal(header_prefer_wait_s("handling=lenient; wait=3"), 3);
-	const char *none[] = {NULL, "", "wait", "wait=", "wait=x", "wait=-1", "await=3", "wait=99999999999999"};
+	assert_int_equal(header_prefer_wait_s("wait=4294967294"), 4294967294);
+	const char *long_waits[] = {"wait=4294967295", "wait=4294967296", "wait=99999999999",
+				    "wait=99999999999999999999999"};
+	for (size_t i = 0; i < sizeof long_waits / sizeof long_waits[0]; i++)
+		assert_true(header_prefer_wait_s(long_waits[i]) == UINT32_MAX);
+	const char *none[] = {NULL, "", "wait", "wait=", "wait=x", "wait=-1", "await=3"};
 	for (size_t i = 0; i < sizeof none / sizeof none[0]; i++)
 		assert_int_equal(header_prefer_wait_s(none[i]), 0);
 }
