@@ -133,17 +133,18 @@ endef
 $(foreach kind,unit bench tools,$(eval $(call test_program,$(kind))))
 
 # --- run ---------------------------------------------------------------------------------------------------------------
-# A make within make, on all cores where the caller did not say how many; the tests' one builds with its own config.
+# A make within make, on all cores where the caller did not say how many; the tests' one builds with its own config. Recipes
+# begin with + for it, because make does not see $(MAKE) within a variable, and would keep its jobserver to itself.
 make_all = $(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
 run_tests = DATA="$(DATA)" INSTANCES="$(INSTANCES)" CASES="$(CASES)" TIGHTWIRE="$(CURDIR)/build/$(test_config)/tightwire" \
 	BUILD="build/$(test_config)" sh tests/run.sh
 
 demo: deps ## install, build, start the service, lay out a suit, show the result
-	$(Q)$(make_all) all
+	+$(Q)$(make_all) all
 	$(Q)DATA="$(DATA)" sh deploy/demo.sh $(out)/tightwire
 
 test: deps-test ## install, build and run every test; the last line counts them
-	$(Q)$(make_all) config=$(test_config) all unit-programs
+	+$(Q)$(make_all) config=$(test_config) all unit-programs
 	$(Q)$(run_tests)
 
 .PHONY: unit-programs bench-programs helper-programs
@@ -152,15 +153,15 @@ bench-programs: $(benches)
 helper-programs: $(helpers)
 
 test-unit: ## only the C tests
-	$(Q)$(make_all) config=$(test_config) all unit-programs
+	+$(Q)$(make_all) config=$(test_config) all unit-programs
 	$(Q)$(run_tests) unit
 
 test-http: ## only the HTTP, contract and process tests
-	$(Q)$(make_all) config=$(test_config) all helper-programs
+	+$(Q)$(make_all) config=$(test_config) all helper-programs
 	$(Q)$(run_tests) http
 
 soak: deps-test ## kills, a full disk, tricklers, aborts and load, each for seconds=60, or attacks="kills disk" of them
-	$(Q)$(make_all) all
+	+$(Q)$(make_all) all
 	$(Q)TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" node tests/soak/soak.mjs $(if $(filter file,$(origin seconds)),60,$(seconds)) $(attacks)
 
 bench: deps-test ## speed and memory on the sample suit, each figure beside its goal
@@ -207,7 +208,7 @@ build/lint/%.tidy: SHELL := /bin/bash
 
 lint: deps-lint format-check ## layering, formatting, clang-tidy, cppcheck
 	$(Q)sh tests/layering.sh
-	$(Q)$(make_all) -k $(tidy_stamps)
+	+$(Q)$(make_all) -k $(tidy_stamps)
 	$(Q)cppcheck --quiet --std=c11 --language=c --enable=warning,performance,portability --inline-suppr --error-exitcode=1 \
 		--suppress=missingIncludeSystem -I. -D_GNU_SOURCE -DTW_NODISCARD= $(filter %.c,$(call sources,$(rooms)))
 	@echo "lint: clean"
