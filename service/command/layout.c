@@ -238,8 +238,12 @@ static void print_figure(const struct layout_figure *figure, const struct layout
 	printf("  %-18s %12.2f", figure->title, ours * figure->unit_scale);
 	if (isfinite(baseline))
 		printf(" %12.2f", baseline * figure->unit_scale);
+	else
+		printf(" %12s", "-");
 	if (baseline > 0)
 		printf(" %9.1f %%", layout_reduction_percent(ours, baseline));
+	else
+		printf(" %11s", "-");
 	printf("  %s\n", figure->unit);
 }
 

@@ -5,7 +5,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-static const double arc_step = 0.0873; /* radians: 5 degrees; the chord of a 7.5 mm arc is off by 7 µm */
+static const double arc_step = 0.0873;     /* radians: 5 degrees; the chord of a 7.5 mm arc is off by 7 µm */
+static const double rounding_share = 1e-9; /* of a strip's cost: what is less is a matter of rounding */
 
 /* Two passes over the same walk: the first counts places, the second writes them. */
 struct measurer {
@@ -106,6 +107,12 @@ static void strip_of_part(const struct metrics_input *input, const struct span *
 	strip_add(sum, &strip);
 }
 
+/* What a part takes from a sum; where it is all of it, rounding leaves a little, of either sign, that is nothing. */
+static double rest_of(double sum, double part)
+{
+	return sum - part > rounding_share * sum ? sum - part : 0;
+}
+
 /* Missing fabric is charged part by part, at the part's own largest density (method 3). */
 static void measure_wire(const struct metrics_input *input, const struct wire *wire, struct branch_metrics *branch)
 {
@@ -124,8 +131,8 @@ static void measure_wire(const struct metrics_input *input, const struct wire *w
 			double cost = strip_cost(&strip, options->overhang);
 			bool charged = options->overhang != FIELD_OVERHANG_IGNORE && strip.area_mm2 > strip.covered_mm2;
 			branch->energy += cost;
-			branch->energy_without_eta +=
-				cost - options->eta_mpa * (charged ? strip.area_mm2 : strip.covered_mm2);
+			double eta_share = options->eta_mpa * (charged ? strip.area_mm2 : strip.covered_mm2);
+			branch->energy_without_eta += rest_of(cost, eta_share);
 			covered += strip.covered_mm2 < strip.area_mm2 ? strip.covered_mm2 : strip.area_mm2;
 			area += strip.area_mm2;
 		}

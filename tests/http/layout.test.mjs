@@ -123,6 +123,22 @@ test('a drawing says which baseline it is compared with', () => {
   assert.match(readFileSync(join(folder.path, 'joints', 'suit.svg'), 'utf8'), /dashed tree of fewest edges/);
 });
 
+test('the table keeps its columns where figures are nothing or missing', () => {
+  for (const flags of [[], ['--baseline', 'none']]) {
+    const { status, stdout } = layout('still', terminalSet(), ...flags);
+    assert.equal(status, 0);
+    const rows = stdout.split('\n').filter((line) => /^ {2}(energy|length)/.test(line));
+    assert.equal(rows.length, 3);
+    const units = rows.map((row) => row.search(/MPa·mm²$|mm$/));
+    assert.deepEqual(units, units.map(() => units[0]), stdout);
+    assert.ok(units[0] > 0, stdout);
+    assert.match(rows[1], flags.length ? /without eta +0\.00 +- +- / : /without eta +0\.00 +0\.00 +- /);
+  }
+  const figures = JSON.parse(layout('still', terminalSet(), '--json').stdout);
+  for (const name of ['energy_without_eta_mpa_mm2', 'baseline_energy_without_eta_mpa_mm2'])
+    assert.ok(Object.is(figures[name], 0), `${name}: ${figures[name]}`);
+});
+
 test('a request outweighs defaults, and a flag outweighs the request', () => {
   const request = JSON.parse(readFileSync(terminalSet()));
   request.options = { baseline: 'length', elongation: false };
