@@ -34,7 +34,8 @@ static const struct option rows[] = {
 	 "how far a curve may stray from the tree's path; auto is half the strip width, the whole width for a "
 	 "tree of mesh edges alone, or more on a coarse mesh"},
 	{"seam_clearance_mm", OPTION_NUMBER_OR_AUTO, AT(seam_clearance_mm), "mm", NAN, 0, 1000, NULL,
-	 "distance that curves keep from cut lines that they do not cross; auto is half the strip width"},
+	 "distance that curves keep from cut lines that they do not cross, where tolerance and radii leave room for "
+	 "it; no rule: a curve that comes nearer is no violation; auto is half the strip width"},
 	{"strip_spacing_mm", OPTION_NUMBER, AT(strip_spacing_mm), "mm", 0, 0, 1000, NULL,
 	 "distance that strips keep which do not meet; 0: they may touch; where they do not keep it, it is named"},
 	{"snap_mm", OPTION_NUMBER, AT(snap_mm), "mm", 20, 0, 1000, NULL,

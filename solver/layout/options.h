@@ -41,8 +41,8 @@ struct layout_options {
 	double time_limit_s; /* of the Steiner search; 0 for none. With a limit the answer depends on the machine */
 	double minimum_radius_mm; /* of the curves; NaN for half the strip width */
 	double tolerance_mm;      /* how far a curve may stray from the tree's path; NaN chooses from strip and mesh */
-	double seam_clearance_mm; /* distance that a curve keeps from cut lines that it does not cross; NaN for half the
-				     strip width */
+	double seam_clearance_mm; /* distance that a curve keeps, where it can, from cut lines that it does not cross;
+				     NaN for half the strip width */
 	double strip_spacing_mm;  /* kept between strips that do not meet */
 	double snap_mm;           /* how far a point in space, or on the pattern, may be from the fabric */
 	bool elongation;          /* read the motions: frames for the elongation of the curves, means for energies */

@@ -1,5 +1,8 @@
 /* The design rules of wires (method 6), and where a layout breaks them. Whatever smoothing could not keep is named
- * here, with its place and its size; nothing is broken silently. */
+ * here, with its place and its size; nothing is broken silently.
+ *
+ * The clearance from cut lines is a wish and no rule: a strand whose curve would break a rule with it is drawn near the
+ * tree's path instead, which may run along the cut line itself (wires.c, struct manner). */
 #ifndef SOLVER_LAYOUT_RULES_H
 #define SOLVER_LAYOUT_RULES_H
 

@@ -50,7 +50,7 @@ struct wire_rules {
 	double strip_width_mm;
 	double minimum_radius_mm;
 	double tolerance_mm;           /* how far a curve may stray from the tree's path */
-	double clearance_mm;           /* kept from cut lines that are not crossed */
+	double clearance_mm;           /* wished for from cut lines that are not crossed; rules.h says more */
 	double spacing_mm;             /* kept between strips that do not meet */
 	const uint8_t *face_keep_out;  /* [face_count] strips keep off faces with 1; NULL for none */
 	struct strip_walker *keep_out; /* integrates 1 over these faces; NULL for none */
