@@ -76,7 +76,7 @@ end
 echo
 
 # --- layouts: the connection is held until the layout is there -------------------------------------------------------------
-head='%-11s %-8s %13s %13s | %8s %8s %6s | %6s %6s %6s | %5s %5s %5s %5s %5s\n'
+head='%-11s %-8s %13s %13s | %8s %8s %6s | %6s %6s %6s | %6s | %5s %5s %5s %5s %5s\n'
 
 # lay_out SET: asks for one layout, waits for it and fetches its files; false where the service says no, or the job fails.
 lay_out() {
@@ -109,15 +109,15 @@ figures() {
 		.summary | [ .outcome, .weight, .lower_bound, (.energy_mpa_mm2 | whole), (.baseline_energy_mpa_mm2 | whole),
 		  (saved(.energy_mpa_mm2; .baseline_energy_mpa_mm2) | percent),
 		  (.elongation_max | percent), (.baseline_elongation_max | percent),
-		  (saved(.elongation_max; .baseline_elongation_max) | percent),
+		  (saved(.elongation_max; .baseline_elongation_max) | percent), .violations,
 		  (.seconds | (.terminals, .tree, .baseline, (.curves + .metrics + .elongation + .artifacts), .total) | round(2)) ]
 		| map(tostring) | join(" ")' "$out/$1/resource.json"
 }
 
 # shellcheck disable=SC2059
 {
-	printf "$head" '' '' 'weight' 'lower bound' 'energy' 'fewest' 'saved' 'max' 'fewest' 'saved' 'place' 'tree' 'base' 'curve' 'all'
-	printf "$head" 'terminals' 'outcome' '' '' 'MPa mm2' 'edges' '' 'elong.' 'edges' '' 's' 's' 's' 's' 's'
+	printf "$head" '' '' 'weight' 'lower bound' 'energy' 'fewest' 'saved' 'max' 'fewest' 'saved' 'rules' 'place' 'tree' 'base' 'curve' 'all'
+	printf "$head" 'terminals' 'outcome' '' '' 'MPa mm2' 'edges' '' 'elong.' 'edges' '' 'broken' 's' 's' 's' 's' 's'
 }
 failed=
 for set in $sets; do

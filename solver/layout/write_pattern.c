@@ -146,10 +146,10 @@ static void add_strips(const struct sheet *sheet)
 			add_strip(sheet, &ours->strips[b].area[i]);
 }
 
-static void add_circle(const struct sheet *sheet, const struct drawing_style *style, uint32_t piece, struct vec2 at,
-		       double radius)
+static struct drawing_item *add_circle(const struct sheet *sheet, const struct drawing_style *style, uint32_t piece,
+				       struct vec2 at, double radius)
 {
-	drawing_add_circle(sheet->drawing, style, piece, sheet_point(sheet, piece, at), radius);
+	return drawing_add_circle(sheet->drawing, style, piece, sheet_point(sheet, piece, at), radius);
 }
 
 static void add_terminals(const struct sheet *sheet)
@@ -159,13 +159,6 @@ static void add_terminals(const struct sheet *sheet)
 		for (uint32_t m = 0; m < sites->site[s].mark_count; m++)
 			add_circle(sheet, &terminal_style, sites->site[s].mark[m].piece, sites->site[s].mark[m].at,
 				   terminal_mm);
-}
-
-static void add_violations(const struct sheet *sheet)
-{
-	const struct violation_list *list = &sheet->result->ours->violations;
-	for (uint32_t i = 0; i < list->count; i++)
-		add_circle(sheet, &violation_style, list->violation[i].piece, list->violation[i].at, violation_mm);
 }
 
 static void add_junctions(const struct sheet *sheet)
@@ -210,6 +203,22 @@ static const char *short_number(const struct sheet *sheet, double value)
 			 : drawing_format(sheet->drawing, "%ld.%ld", whole, rest / 10);
 }
 
+/* A ring around each place, which names the rule, the branch and by how much. */
+static void add_violations(const struct sheet *sheet)
+{
+	const struct violation_list *list = &sheet->result->ours->violations;
+	for (uint32_t i = 0; i < list->count; i++) {
+		const struct violation *broken = &list->violation[i];
+		const char *unit = rule_unit(broken->rule);
+		struct drawing_item *ring =
+			add_circle(sheet, &violation_style, broken->piece, broken->at, violation_mm);
+		drawing_set_title(ring, drawing_format(sheet->drawing, "%s: branch %u, %s %s, limit %s %s",
+						       rule_name(broken->rule), broken->branch,
+						       short_number(sheet, broken->value), unit,
+						       short_number(sheet, broken->limit), unit));
+	}
+}
+
 static void add_scale(const struct sheet *sheet)
 {
 	const struct layout_result *result = sheet->result;
@@ -227,6 +236,10 @@ static void add_scale(const struct sheet *sheet)
 				   "together; grain along the arrows",
 				   short_number(sheet, result->field->options.strip_width_mm),
 				   short_number(sheet, result->rules->minimum_radius_mm)));
+	if (result->ours->violations.count > 0)
+		add_caption(sheet, (struct vec2){150, top - 88}, 12, DRAWING_START,
+			    drawing_format(sheet->drawing, "circled: broken rules, %u; layout.json names them",
+					   result->ours->violations.count));
 }
 
 static void fill(const struct sheet *sheet, const struct sheet_names *names)

@@ -602,6 +602,27 @@ static bool tree_passes(const struct bench *bench, uint32_t vertex)
 	return false;
 }
 
+static uint32_t occurrences(const char *text, const char *what)
+{
+	uint32_t count = 0;
+	for (const char *at = strstr(text, what); at; at = strstr(at + 1, what))
+		count++;
+	return count;
+}
+
+/* Every ring of the pattern names its rule and branch, and the legend counts them; without any there is no legend. */
+static void the_pattern_rings(const struct bench *bench, size_t violations)
+{
+	const char *svg = bench->output.artifacts[1].bytes;
+	const char *layer = strstr(svg, "<g id=\"violations\"");
+	char legend[64];
+	snprintf(legend, sizeof legend, "circled: broken rules, %zu; layout.json names them<", violations);
+	assert_int_equal(occurrences(svg, "circled:"), violations > 0);
+	assert_int_equal(occurrences(svg, legend), violations > 0);
+	assert_int_equal(occurrences(svg, "<title>seam_corner: branch 0, "), violations);
+	assert_int_equal(layer ? occurrences(layer, "<title>seam_corner: branch 0, ") : 0, violations);
+}
+
 static void a_wire_goes_around_a_corner_of_four_pieces(void **ignored)
 {
 	(void)ignored;
@@ -611,6 +632,7 @@ static void a_wire_goes_around_a_corner_of_four_pieces(void **ignored)
 	compute(&bench, "{\"terminals\":[{\"vertex\":415},{\"vertex\":445}]}");
 	assert_false(tree_passes(&bench, corner));
 	assert_int_equal(json_array_size(json_object_get(layout_of(&bench), "violations")), 0);
+	the_pattern_rings(&bench, 0);
 	/* One row up or down and back. */
 	double around = tree_weight(&bench);
 	char request[256];
@@ -651,6 +673,7 @@ static void a_corner_that_is_the_only_way_is_passed_and_named(void **ignored)
 	const json_t *warning = json_array_get(json_object_get(bench.json, "warnings"), 0);
 	assert_string_equal(json_string_value(json_object_get(warning, "type")), "rule-seam-corner");
 	assert_int_equal((int)member(warning, "count"), json_array_size(violations));
+	the_pattern_rings(&bench, json_array_size(violations));
 	tear_down(&bench);
 }
 
