@@ -11,10 +11,10 @@ struct key_list {
 	uint8_t (*hashes)[KEY_HASH_SIZE]; /* owned */
 };
 
-static enum tw_status add_line(struct key_list *keys, char *line, int number, struct tw_error *error)
+static enum tw_status add_line(struct key_list *keys, const char *path, int number, char *line, struct tw_error *error)
 {
-	char where[32], *rest = NULL;
-	snprintf(where, sizeof where, "line %d", number);
+	char where[sizeof error->where], *rest = NULL;
+	snprintf(where, sizeof where, "%.100s, line %d", path, number);
 	const char *name = strtok_r(line, " \t\r\n", &rest);
 	const char *hash = strtok_r(NULL, " \t\r\n", &rest);
 	if (!name || name[0] == '#')
@@ -43,7 +43,7 @@ enum tw_status key_list_read(struct key_list **keys, const char *path, struct tw
 	enum tw_status status = made ? TW_OK : tw_fail_memory(error);
 	char line[512];
 	for (int number = 1; status == TW_OK && fgets(line, sizeof line, file); number++)
-		status = add_line(made, line, number, error);
+		status = add_line(made, path, number, line, error);
 	fclose(file);
 	if (status == TW_OK && !made->count)
 		status = tw_fail(error, TW_ERROR_INPUT, "key-file", path, "the key file holds no key");

@@ -162,7 +162,7 @@ test('with a key file only its keys are let in, save to what must be open', asyn
   writeFileSync(file, 'studio nothex\n');
   assert.match(
     serve('--key-file', file, '--store', `sqlite:${folder.path}/s.db`, '--listen', '127.0.0.1:0').stderr,
-    /line 1/,
+    /\/keys, line 1: /,
   );
   folder.remove();
 });
