@@ -3,6 +3,7 @@
 
 #include "api/resource.h"
 #include "api/resource_view.h"
+#include "solver/names.h"
 
 #include <sodium.h>
 #include <stdlib.h>
@@ -88,6 +89,37 @@ static enum tw_status respond_blob(struct api_call *call, const struct blob *blo
 	return stream_blob(call, blob, media_type, error);
 }
 
+/* What there is in its place. */
+static enum tw_status refuse_name(struct api_call *call, const char *resource_id, enum blob_role role, const char *name,
+				  struct tw_error *error)
+{
+	struct blob *blobs = NULL;
+	size_t count = 0;
+	enum tw_status status = blob_list(call->store, resource_id, role, &blobs, &count, error);
+	if (status != TW_OK)
+		return status;
+	const char **list = calloc(count + 1, sizeof *list);
+	for (size_t i = 0; list && i < count; i++)
+		list[i] = blobs[i].name;
+	if (list) {
+		(void)names_refuse(&(struct names){list, count}, role == BLOB_ARRAY ? "array" : "file", name,
+				   "no-such-blob", NULL, error);
+		status = error->status = TW_ERROR_NOT_FOUND;
+	} else {
+		status = tw_fail_memory(error);
+	}
+	free(list);
+	free(blobs);
+	return status;
+}
+
+static enum tw_status find_blob(struct api_call *call, const char *resource_id, enum blob_role role, const char *name,
+				struct blob *blob, struct tw_error *error)
+{
+	enum tw_status status = blob_find(call->store, resource_id, role, name, blob, error);
+	return status == TW_ERROR_NOT_FOUND ? refuse_name(call, resource_id, role, name, error) : status;
+}
+
 enum tw_status content_respond(struct api_call *call, enum resource_kind kind, enum blob_role role,
 			       struct tw_error *error)
 {
@@ -101,7 +133,7 @@ enum tw_status content_respond(struct api_call *call, enum resource_kind kind, e
 		status = tw_fail(error, TW_ERROR_CONFLICT, "not-computed", NULL,
 				 "this is %s; its results are not there", job_state_name(resource.job.state));
 	if (status == TW_OK)
-		status = blob_find(call->store, resource.id, role, name, &blob, error);
+		status = find_blob(call, resource.id, role, name, &blob, error);
 	if (status == TW_OK)
 		status = respond_blob(call, &blob, error);
 	resource_clear(&resource);

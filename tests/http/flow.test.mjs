@@ -71,7 +71,10 @@ test('arrays are the numbers of the file', async () => {
     .map(Number);
   for (const [i, value] of [x, y, z].entries()) assert.ok(Math.abs(values[i] - value) < 1e-3);
   assert.equal((await service.get(array.href, { headers: { 'if-none-match': headers.get('etag') } })).status, 304);
-  assert.equal((await service.get(mesh.href + '/arrays/nothing')).status, 404);
+  const missing = await service.get(mesh.href + '/arrays/positions');
+  assert.equal(missing.status, 404);
+  assert.equal(missing.json.type, 'urn:tightwire:problem:no-such-blob');
+  assert.match(missing.json.detail, /no array "positions"; did you mean position\? There are: .*face/);
 });
 
 test('motions are imported, and belong to their mesh', async () => {
@@ -104,6 +107,9 @@ test('a layout has the bytes of the command line', async () => {
     assert.equal(answer.status, 200);
     assert.equal(answer.json.summary.outcome, 'optimal');
     await assertSameFiles(answer.json, layoutByCommand(request));
+    const picture = await service.get(`${answer.json.href}/pattern.png`);
+    assert.equal(picture.status, 404);
+    assert.match(picture.json.detail, /no file "pattern.png"; did you mean pattern.svg\? There are: /);
   }
 });
 
