@@ -113,11 +113,15 @@ static void allow_origin(struct api_call *call)
 		response_header(&call->response, "Vary", "Origin");
 }
 
+static bool is_read(const struct api_call *call)
+{
+	return !strcmp(call->request.method, "GET") || !strcmp(call->request.method, "HEAD");
+}
+
 static enum exchange_state answer(struct exchange *exchange)
 {
 	struct api_call *call = &exchange->call;
-	bool is_read = !strcmp(call->request.method, "GET") || !strcmp(call->request.method, "HEAD");
-	if (is_read && !response_get_header(&call->response, "Cache-Control")) {
+	if (is_read(call) && !response_get_header(&call->response, "Cache-Control")) {
 		response_header(&call->response, "Cache-Control", "no-cache");
 		tag_bytes(call);
 	}
@@ -251,12 +255,31 @@ static enum tw_status check_length(const struct api_call *call, uint64_t limit, 
 		       (unsigned long long)limit);
 }
 
+static enum tw_status refuse_body(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_INPUT, "body-not-allowed", NULL,
+		       "this request takes no body, not even an empty object; what it can be told stands in its query");
+}
+
+/* A body that would be ignored is a misunderstanding. One of GET has no meaning in HTTP, so no client means it. */
+static enum tw_status check_no_body(const struct api_call *call, struct tw_error *error)
+{
+	uint64_t length = 0;
+	bool has_body = header_content_length(call_header(call, "Content-Length"), &length) && length > 0;
+	return has_body ? refuse_body(error) : TW_OK;
+}
+
 static enum tw_status check_json_type(const struct api_call *call, struct tw_error *error)
 {
 	const char *content_type = call_header(call, "Content-Type");
-	char media_type[64];
-	if (header_media_type(content_type, media_type, sizeof media_type) && !strcmp(media_type, "application/json"))
-		return TW_OK;
+	char media_type[64], charset[64];
+	if (header_media_type(content_type, media_type, sizeof media_type) && !strcmp(media_type, "application/json")) {
+		bool given = header_parameter(content_type, "charset", charset, sizeof charset);
+		if (!given || !strcasecmp(charset, "utf-8"))
+			return TW_OK;
+		return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
+			       "the body came in the character set %s; send UTF-8", charset);
+	}
 	return tw_fail(error, TW_ERROR_UNSUPPORTED, "unsupported-media-type", "Content-Type",
 		       "the body came as %s; send JSON, with -H 'Content-Type: application/json'",
 		       *media_type ? media_type : "no media type");
@@ -277,13 +300,16 @@ static enum tw_status take_named_uploads(struct api_call *call, struct tw_error 
 static enum tw_status prepare_upload(struct api_call *call, struct tw_error *error)
 {
 	const struct route *route = call->match.route;
+	const char *name = NULL;
 	enum tw_status status = check_length(call, call->settings->upload_limit_bytes, error);
+	if (status == TW_OK)
+		status = query_name(&call->query, &name, error);
 	if (status != TW_OK)
 		return status;
 	if (query_get(&call->query, route->parts[0]))
 		return take_named_uploads(call, error);
-	return body_upload_init(&call->upload, call->store, route->parts, call_header(call, "Content-Type"),
-				query_get(&call->query, "name"), call->settings->upload_limit_bytes, error);
+	return body_upload_init(&call->upload, call->store, route->parts, call_header(call, "Content-Type"), name,
+				call->settings->upload_limit_bytes, error);
 }
 
 static enum tw_status prepare_append(struct api_call *call, struct tw_error *error)
@@ -307,7 +333,8 @@ static enum tw_status prepare_body(struct api_call *call, struct tw_error *error
 	enum tw_status status = TW_OK;
 	switch (call->match.route->body) {
 	case ROUTE_NO_BODY:
-		return check_length(call, TW_LIMIT_JSON_BYTES, error);
+		status = is_read(call) ? TW_OK : check_no_body(call, error);
+		return status != TW_OK ? status : check_length(call, TW_LIMIT_JSON_BYTES, error);
 	case ROUTE_JSON:
 		status = check_json_type(call, error);
 		return status != TW_OK ? status : check_length(call, TW_LIMIT_JSON_BYTES, error);
@@ -427,6 +454,8 @@ enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, 
 		status = body_upload_write(&exchange->call.upload, bytes, size, &error);
 	else if (exchange->call.match.route->body == ROUTE_JSON)
 		status = keep_json(exchange, bytes, size, &error);
+	else if (!streamed && size && !is_read(&exchange->call))
+		status = refuse_body(&error);
 	return status != TW_OK ? answer_problem(exchange, &error) : exchange->state;
 }
 

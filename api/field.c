@@ -85,7 +85,7 @@ static enum tw_status parse(struct field_request *request, const char *bytes, si
 	if (status == TW_OK)
 		status = check_members(request->body, error);
 	if (status == TW_OK)
-		status = json_get_text(request->body, "name", false, &request->name, error);
+		status = json_get_name(request->body, &request->name, error);
 	if (status == TW_OK)
 		status = parse_needs(request, error);
 	return status != TW_OK ? status : parse_options(request, error);

@@ -45,6 +45,12 @@ enum tw_status json_get_text(const json_t *object, const char *name, bool requir
 		       value ? "%s must be a string" : "%s is missing; give a string", name);
 }
 
+enum tw_status json_get_name(const json_t *object, const char **name, struct tw_error *error)
+{
+	enum tw_status status = json_get_text(object, "name", false, name, error);
+	return status == TW_OK && *name ? names_check(*name, "json-value", "/name", error) : status;
+}
+
 enum tw_status json_check_members(const json_t *object, const char *pointer, const char *const *known,
 				  struct tw_error *error)
 {

@@ -20,6 +20,9 @@ json_t *json_time(int64_t time_ms) TW_NODISCARD;
 enum tw_status json_get_text(const json_t *object, const char *name, bool required, const char **text,
 			     struct tw_error *error) TW_NODISCARD;
 
+/* The member "name", what a user calls a thing (solver/names.h); NULL where it is not given. Borrowed. */
+enum tw_status json_get_name(const json_t *object, const char **name, struct tw_error *error) TW_NODISCARD;
+
 /* Fails on a member that is not among `known` (NULL-terminated), with its JSON Pointer below `pointer`. */
 enum tw_status json_check_members(const json_t *object, const char *pointer, const char *const *known,
 				  struct tw_error *error) TW_NODISCARD;

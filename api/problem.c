@@ -15,6 +15,7 @@ static const struct {
 	{"malformed-multipart", 400},
 	{"malformed-header", 400},
 	{"incomplete-body", 400},
+	{"body-not-allowed", 400},
 	{"invalid-parameter", 400},
 	{"option-unknown", 400},
 	{"unknown-parameter", 400},

@@ -22,8 +22,8 @@ static int hex_digit(char c)
 	return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-/* Decodes in place; false on a broken escape or a decoded zero byte. */
-static bool decode(char *text)
+/* Decodes in place. The error is a sentence, NULL where there is none. */
+static const char *decode(char *text)
 {
 	char *out = text;
 	for (const char *p = text; *p; p++) {
@@ -31,8 +31,10 @@ static bool decode(char *text)
 			*out++ = ' ';
 		} else if (*p == '%') {
 			int high = hex_digit(p[1]), low = high < 0 ? -1 : hex_digit(p[2]);
-			if (low < 0 || (high == 0 && low == 0))
-				return false;
+			if (low < 0)
+				return "a percent escape in the query is broken; write %XX with two hexadecimal digits";
+			if (high == 0 && low == 0)
+				return "the query holds the character NUL (%00), which no parameter may";
 			*out++ = (char)(high * 16 + low);
 			p += 2;
 		} else {
@@ -40,7 +42,7 @@ static bool decode(char *text)
 		}
 	}
 	*out = 0;
-	return true;
+	return NULL;
 }
 
 static enum tw_status add_pair(struct query *query, char *text, struct tw_error *error)
@@ -51,9 +53,12 @@ static enum tw_status add_pair(struct query *query, char *text, struct tw_error 
 		*equals = 0;
 		value = equals + 1;
 	}
-	if (!decode(text) || (equals && !decode(equals + 1)))
-		return fail_query(error, NULL,
-				  "a percent escape in the query is broken; write %XX with two hexadecimal digits");
+	const char *trouble = decode(text);
+	if (trouble)
+		return fail_query(error, NULL, trouble);
+	trouble = equals ? decode(equals + 1) : NULL;
+	if (trouble)
+		return fail_query(error, json_is_text(text) ? text : NULL, trouble);
 	if (!json_is_text(text) || !json_is_text(value))
 		return fail_query(error, NULL, "the query is not UTF-8 text");
 	if (query_get(query, text))
@@ -92,6 +97,12 @@ const char *query_get(const struct query *query, const char *name)
 		if (!strcmp(query->pairs[i].name, name))
 			return query->pairs[i].value;
 	return NULL;
+}
+
+enum tw_status query_name(const struct query *query, const char **name, struct tw_error *error)
+{
+	*name = query_get(query, "name");
+	return *name ? names_check(*name, "invalid-parameter", "name", error) : TW_OK;
 }
 
 enum tw_status query_integer(const struct query *query, const char *name, int64_t fallback, int64_t minimum,

@@ -26,6 +26,9 @@ enum tw_status query_parse(struct query *query, const char *target, struct tw_er
 /* The value of a parameter; NULL where it is not given. */
 const char *query_get(const struct query *query, const char *name);
 
+/* The parameter "name", what a user calls a thing (solver/names.h); NULL where it is not given. */
+enum tw_status query_name(const struct query *query, const char **name, struct tw_error *error) TW_NODISCARD;
+
 /* An integer parameter within [minimum, maximum], `fallback` where it is not given. */
 enum tw_status query_integer(const struct query *query, const char *name, int64_t fallback, int64_t minimum,
 			     int64_t maximum, int64_t *value, struct tw_error *error) TW_NODISCARD;

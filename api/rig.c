@@ -57,7 +57,7 @@ static enum tw_status parse_recording(const json_t *body, const char **name, cha
 	option_defaults(&recording_option_table, &values);
 	enum tw_status status = option_from_json(&recording_option_table, &values, body, "", others, error);
 	if (status == TW_OK)
-		status = json_get_text(body, "name", false, name, error);
+		status = json_get_name(body, name, error);
 	if (status != TW_OK)
 		return status;
 	json_t *json = option_to_json(&recording_option_table, &values);

@@ -20,12 +20,13 @@ static enum tw_status begin_upload(struct body_upload *body, const char *part, c
 	return TW_OK;
 }
 
-/* What is not UTF-8 (the name of an old system's file, say) is replaced: names stand in JSON. */
+/* What is not UTF-8 (the name of an old system's file, say) is replaced, as are control characters: names stand in JSON
+ * and in logs. */
 static const char *make_text(char *name)
 {
 	bool is_text = json_is_text(name);
-	for (char *p = name; *p && !is_text; p++)
-		if ((unsigned char)*p > 126)
+	for (char *p = name; *p; p++)
+		if ((unsigned char)*p < ' ' || *p == 127 || (!is_text && (unsigned char)*p > 126))
 			*p = '?';
 	return name;
 }

@@ -43,16 +43,18 @@ static enum tw_status check_part(const char *part, struct tw_error *error)
 enum tw_status post_upload(struct api_call *call, struct tw_error *error)
 {
 	static const char *const known[] = {"part", "name", NULL};
-	const char *part = query_get(&call->query, "part");
+	const char *part = query_get(&call->query, "part"), *name = NULL;
 	struct upload *upload = NULL;
 	char id[STORE_ID_SIZE] = "";
 	enum tw_status status = query_only(&call->query, known, error);
 	if (status != TW_OK)
 		return status;
 	status = check_part(part, error);
+	if (status == TW_OK)
+		status = query_name(&call->query, &name, error);
 	if (status != TW_OK)
 		return status;
-	status = upload_begin(&upload, call->store, part, query_get(&call->query, "name"), "application/octet-stream",
+	status = upload_begin(&upload, call->store, part, name, "application/octet-stream",
 			      call->settings->upload_limit_bytes, error);
 	if (status == TW_OK)
 		snprintf(id, sizeof id, "%s", upload_id(upload));

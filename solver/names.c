@@ -115,3 +115,13 @@ enum tw_status names_refuse(const struct names *names, const char *what, const c
 	return tw_fail(error, TW_ERROR_INPUT, type, where, "%s %s: %s", start, nearest ? "There are" : "there are",
 		       list);
 }
+
+enum tw_status names_check(const char *name, const char *type, const char *where, struct tw_error *error)
+{
+	if (strlen(name) > NAME_BYTES_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, type, where, "must have at most %d bytes", NAME_BYTES_MAX);
+	for (const char *p = name; *p; p++)
+		if ((unsigned char)*p < 0x20 || *p == 0x7f)
+			return tw_fail(error, TW_ERROR_INPUT, type, where, "must not have control characters");
+	return TW_OK;
+}

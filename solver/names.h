@@ -22,4 +22,10 @@ const char *names_nearest(const struct names *names, const char *given);
 enum tw_status names_refuse(const struct names *names, const char *what, const char *given, const char *type,
 			    const char *where, struct tw_error *error);
 
+#define NAME_BYTES_MAX 200
+
+/* What a user calls a thing stands in lists, logs and drawings: TW_ERROR_INPUT, with `type` and `where`, for a name of
+ * more than NAME_BYTES_MAX bytes or with control characters. */
+enum tw_status names_check(const char *name, const char *type, const char *where, struct tw_error *error) TW_NODISCARD;
+
 #endif

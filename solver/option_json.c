@@ -29,6 +29,44 @@ static enum tw_status check_depth(const char *bytes, size_t size, struct tw_erro
 	return TW_OK;
 }
 
+/* What the parser calls invalid though JSON allows it, and what no parser could read, in words that say what to do.
+ * NULL: broken grammar, where the parser's own words name what it expected. */
+static const char *say(enum json_error_code code)
+{
+	switch (code) {
+	case json_error_null_character:
+	case json_error_null_byte_in_key:
+		return "no text here may hold the character NUL (\\u0000)";
+	case json_error_numeric_overflow:
+		return "this number is too large";
+	case json_error_invalid_utf8:
+		return "these bytes are not UTF-8; send UTF-8";
+	case json_error_premature_end_of_input:
+		return "the JSON ends too early; something is not closed";
+	default:
+		return NULL;
+	}
+}
+
+/* One that is well formed but asks for what cannot be is a wrong value. */
+static bool is_value(enum json_error_code code)
+{
+	return code == json_error_null_character || code == json_error_null_byte_in_key ||
+	       code == json_error_numeric_overflow;
+}
+
+/* No JSON holds a NUL byte, but every ASCII character of UTF-16 and UTF-32 is one with such bytes. */
+static enum tw_status check_encoding(const char *bytes, size_t size, struct tw_error *error)
+{
+	const char *nul = memchr(bytes, 0, size);
+	char where[32];
+	if (!nul)
+		return TW_OK;
+	snprintf(where, sizeof where, "byte %td", nul - bytes);
+	return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where,
+		       "the JSON holds NUL bytes, as UTF-16 does; send UTF-8");
+}
+
 static enum tw_status load(json_t **root, const char *bytes, size_t size, struct tw_error *error)
 {
 	json_error_t trouble;
@@ -39,7 +77,10 @@ static enum tw_status load(json_t **root, const char *bytes, size_t size, struct
 		return tw_fail_memory(error);
 	char where[64];
 	snprintf(where, sizeof where, "line %d column %d", trouble.line, trouble.column);
-	return tw_fail(error, TW_ERROR_INPUT, "json-malformed", where, "not valid JSON: %s", trouble.text);
+	enum json_error_code code = json_error_code(&trouble);
+	const char *words = say(code);
+	return tw_fail(error, TW_ERROR_INPUT, is_value(code) ? "json-value" : "json-malformed", where, "%s%s",
+		       words ? "" : "not valid JSON: ", words ? words : trouble.text);
 }
 
 static json_t *whole_of(const json_t *value)
@@ -90,7 +131,9 @@ enum tw_status option_json_parse_as_written(json_t **object, const char *bytes, 
 	skip_mark(&bytes, &size);
 	if (size == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "json-malformed", NULL, "the JSON is empty; send an object");
-	enum tw_status status = check_depth(bytes, size, error);
+	enum tw_status status = check_encoding(bytes, size, error);
+	if (status == TW_OK)
+		status = check_depth(bytes, size, error);
 	if (status == TW_OK)
 		status = load(object, bytes, size, error);
 	if (status == TW_OK && !json_is_object(*object)) {

@@ -1,9 +1,10 @@
 #include "solver/layout/json.h"
 
+#include "solver/names.h"
+
 #include <math.h>
 #include <string.h>
 
-enum { NAME_BYTES_MAX = 200 };
 #define COORDINATE_LIMIT 1e6 /* mm: a garment a kilometre away is a mistake of units */
 
 enum tw_status json_read_text(char **text, const json_t *value, const char *where, struct tw_error *error)
@@ -11,12 +12,11 @@ enum tw_status json_read_text(char **text, const json_t *value, const char *wher
 	const char *string = json_string_value(value);
 	if (!string)
 		return tw_fail(error, TW_ERROR_INPUT, "json-type", where, "must be a text");
-	size_t length = strlen(string);
-	if (length == 0 || length > NAME_BYTES_MAX)
+	if (!string[0])
 		return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "must have 1 to %d bytes", NAME_BYTES_MAX);
-	for (size_t i = 0; i < length; i++)
-		if ((unsigned char)string[i] < 0x20 || string[i] == 0x7f)
-			return tw_fail(error, TW_ERROR_INPUT, "json-value", where, "must not have control characters");
+	enum tw_status status = names_check(string, "json-value", where, error);
+	if (status != TW_OK)
+		return status;
 	*text = strdup(string);
 	return *text ? TW_OK : tw_fail_memory(error);
 }

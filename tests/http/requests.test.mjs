@@ -137,6 +137,77 @@ test('JSON that is malformed, no object, doubled, too deep or too large', async 
   assert.match(answer.json.detail, /text\/plain.*application\/json/);
 });
 
+test('JSON that is fine but cannot be taken is not called invalid, and bytes that are not UTF-8 are told so', async () => {
+  const field = (body, type = 'application/json') => service.post('/v1/fields', body, { 'content-type': type });
+  for (const [text, words] of [
+    ['{"mesh":"a\\u0000b"}', /NUL/],
+    ['{"a\\u0000b":1}', /NUL/],
+    ['{"mesh":99999999999999999999}', /number is too large/],
+    ['{"mesh":1e400}', /number is too large/],
+  ]) {
+    const { json } = await refuses(field(text), 422, 'json-value');
+    assert.match(json.detail, words);
+    assert.doesNotMatch(json.detail, /not valid/);
+    assert.match(json.errors[0].place, /^line 1 column \d+$/);
+  }
+  const little = Buffer.from('\ufeff{"mesh":"a"}', 'utf16le');
+  for (const body of [little, little.subarray(2), Buffer.from(little).swap16(), Buffer.from('{"a":"\xe4"}', 'latin1')]) {
+    const { json } = await refuses(field(body), 400, 'json-malformed');
+    assert.match(json.detail, /send UTF-8/);
+    assert.ok(json.errors[0].place);
+  }
+  for (const charset of ['latin1', 'utf-16', '"iso-8859-1"']) {
+    const type = `application/json; charset=${charset}`;
+    await refuses(field('{"mesh":"m"}', type), 415, 'unsupported-media-type', 'Content-Type');
+  }
+  for (const charset of ['utf-8', 'UTF-8', '"Utf-8"'])
+    await refuses(field('[]', `application/json; charset=${charset}`), 422, 'json-type');
+});
+
+test('a body that would be ignored is refused, whatever it is', async () => {
+  const mesh = '/v1/meshes/mesh_x';
+  const bodiless = [
+    ['POST', '/v1/jobs/redrive'],
+    ['POST', '/v1/jobs/job_x/cancel'],
+    ['POST', '/v1/jobs/job_x/redrive'],
+    ['POST', '/v1/layouts/layout_x/renew'],
+    ['POST', '/v1/uploads?part=worn'],
+    ['DELETE', mesh],
+    ['DELETE', `${mesh}/motions/motion_x`],
+    ['DELETE', '/v1/uploads/upload_x'],
+  ];
+  for (const [method, path] of bodiless) {
+    const plain = { body: 'kind=layout', headers: { 'content-type': 'text/plain' } };
+    await refuses(service.request(method, path, plain), 400, 'body-not-allowed');
+    await refuses(service.request(method, path, { body: {} }), 400, 'body-not-allowed');
+    const head = `${method} ${path} HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n`;
+    assert.match(await raw(`${head}2\r\n{}\r\n0\r\n\r\n`), /^HTTP\/1.1 400 [^]*body-not-allowed/);
+    assert.doesNotMatch(await raw(`${head}0\r\n\r\n`), /body-not-allowed/);
+  }
+  assert.equal((await service.post('/v1/jobs/redrive', '')).status, 200);
+});
+
+test('one rule for names: at most 200 bytes, no control characters', async () => {
+  const long = 'x'.repeat(201);
+  const queries = ['%1b', 'a%0ab', '%7f', long, 'x'.repeat(3000)];
+  for (const name of queries) {
+    const raw = { 'content-type': 'model/obj' };
+    await refuses(service.post(`/v1/meshes?name=${name}`, someMesh, raw), 400, 'invalid-parameter', 'name');
+    await refuses(service.post(`/v1/meshes/m/motions?name=${name}`, someMesh, raw), 400, 'invalid-parameter', 'name');
+    await refuses(service.post(`/v1/uploads?part=worn&name=${name}`), 400, 'invalid-parameter', 'name');
+  }
+  for (const name of ['a\nb', '\u001b', long]) {
+    await refuses(service.post('/v1/fields', { mesh: 'm', name }), 422, 'json-value', '/name');
+    await refuses(service.post('/v1/rig/recordings', { duration_s: 1, name }), 422, 'json-value', '/name');
+    const terminals = [{ vertex: 0, name }];
+    await refuses(service.post('/v1/layouts', { field: 'f', terminals }), 422, 'json-value', '/terminals/0/name');
+  }
+  const { json } = await refuses(service.get('/v1/jobs?kind=a%00'), 400, 'malformed-query', 'kind');
+  assert.match(json.detail, /NUL/);
+  const made = await service.post(`/v1/meshes?name=${'%C3%A4'.repeat(98)}.obj`, someMesh, { 'content-type': 'model/obj' });
+  assert.equal(made.json.name, `${'ä'.repeat(98)}.obj`, made.text);
+});
+
 test('fields of a request that are unknown, missing or of the wrong type are named', async () => {
   const field = (body) => service.post('/v1/fields', body);
   await refuses(field({ mesh: 'm', motions: [], colour: 1 }), 422, 'json-unknown-field', '/colour');
