@@ -100,7 +100,7 @@ static enum tw_status fail_value(const struct option *option, const char *where,
 	case OPTION_FLAG:
 		return tw_fail(error, TW_ERROR_INPUT, "option-value", where, "%s must be true or false", option->name);
 	default:
-		return tw_fail(error, TW_ERROR_INPUT, "option-value", where, "%s must be %s from %g to %g%s%s%s",
+		return tw_fail(error, TW_ERROR_INPUT, "option-value", where, "%s must be %s from %.10g to %.10g%s%s%s",
 			       option->name, option->kind == OPTION_INTEGER ? "a whole number" : "a number",
 			       option->minimum, option->maximum, option->unit ? " " : "",
 			       option->unit ? option->unit : "",
@@ -205,7 +205,7 @@ enum tw_status option_from_arguments(const struct option_table *table, void *val
 	if (option->kind == OPTION_FLAG)
 		return parse_text(option, values, "true", argument, error);
 	if (*index + 1 >= argc)
-		return tw_fail(error, TW_ERROR_INPUT, "option-value", argument, "%s needs a value", argument);
+		return tw_fail(error, TW_ERROR_INPUT, "option-value", argument, "needs a value");
 	*index += 1;
 	return parse_text(option, values, argv[*index], argument, error);
 }
@@ -308,7 +308,8 @@ static void print_default(const struct option *option, FILE *out)
 	else if (option->kind == OPTION_INTEGER && option->fallback == UINT32_MAX)
 		fprintf(out, "default none");
 	else
-		fprintf(out, "default %.10g", option->fallback);
+		fprintf(out, "default %.10g%s%s", option->fallback, option->unit ? " " : "",
+			option->unit ? option->unit : "");
 }
 
 static void print_value(const struct option *option, char *text, size_t size)
@@ -339,6 +340,6 @@ void option_print_help(const struct option_table *table, FILE *out)
 		print_value(option, value, sizeof value);
 		fprintf(out, "  --%s%s\n      %s (", flag, value, option->help);
 		print_default(option, out);
-		fprintf(out, "%s%s)\n", option->unit ? " " : "", option->unit ? option->unit : "");
+		fprintf(out, ")\n");
 	}
 }

@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <stdbool.h>
+#include <string.h>
 
 enum { WAIT_FOR_WAL_MS = 5 };
 
@@ -43,7 +44,8 @@ enum tw_status connection_fail(sqlite3 *db, int code, struct tw_error *error)
 	case SQLITE_CORRUPT:
 	case SQLITE_NOTADB:
 		return tw_fail(error, TW_ERROR_IO, "store-damaged", NULL,
-			       "the store is damaged (%s); restore it from a backup", message);
+			       "the store is damaged (%s); restore it from a backup",
+			       !strcmp(message, "not an error") ? sqlite3_errstr(code) : message);
 	case SQLITE_TOOBIG:
 		return tw_fail(error, TW_ERROR_LIMIT, "store-row-too-large", NULL,
 			       "one row is too large for the store");

@@ -403,10 +403,11 @@ static enum tw_status refuse_in_use(struct store *store, int64_t resource, const
 	int64_t users = sql_step(&q) ? sql_int(&q) : 0;
 	enum tw_status status = sql_end(&q, error);
 	if (status == TW_OK && users)
-		status = tw_fail(error, TW_ERROR_CONFLICT, "resource-in-use", NULL,
-				 "%" PRId64
-				 " other resources are made from %.64s; delete them first, or use ?dependents=true",
-				 users, id);
+		status = tw_fail(
+			error, TW_ERROR_CONFLICT, "resource-in-use", NULL,
+			"%" PRId64
+			" other resource%s made from %.64s; delete what is made from it first, or use ?dependents=true",
+			users, users == 1 ? " is" : "s are", id);
 	return status;
 }
 

@@ -32,8 +32,10 @@ static enum tw_status rest_from_frame(struct strain_rest *rest, struct stream *s
 		if (status != TW_OK)
 			return status;
 		if (end)
-			return tw_fail(error, TW_ERROR_INPUT, "reference-frame", NULL,
-				       "the motion has %u frames, so there is no frame %u to refer to", i, number);
+			return tw_fail(
+				error, TW_ERROR_INPUT, "reference-frame", NULL,
+				"the motion has %u frame%s, so there is no frame %u; choose a reference_frame below %u",
+				i, i == 1 ? "" : "s", number, i);
 	}
 	enum tw_status status = strain_rest_from_frame(rest, arena, stream->garment, position, error);
 	return status != TW_OK ? status : motion_rewind(stream->reader, error);
@@ -135,7 +137,8 @@ enum tw_status means_of_motion(double *const means[STRAIN_MODELS], struct means_
 		status = guard.status;
 		cloth_warn(&guard.cloth);
 		if (status == TW_OK && report->frame_count == 0)
-			status = tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL, "the motion has no frames");
+			status = tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL,
+					 "the motion has no frames; export at least one");
 	}
 	arena_release(arena, mark);
 	return status;

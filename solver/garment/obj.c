@@ -239,8 +239,8 @@ static enum tw_status read_face(struct obj *obj, struct text *line)
 	uint32_t corners = obj->corner - first;
 	if (corners < 3 || corners > POLYGON_CORNERS)
 		return fail_at_line(obj->error, "mesh-bad-face", obj->line,
-				    "face %u has %u corners, expected 3 to %d; is the file truncated?", obj->polygon,
-				    corners, POLYGON_CORNERS);
+				    "face %u has %u corner%s, expected 3 to %d; is the file truncated?", obj->polygon,
+				    corners, corners == 1 ? "" : "s", POLYGON_CORNERS);
 	obj->polygon++;
 	return TW_OK;
 }

@@ -130,21 +130,26 @@ static enum tw_status refuse_pattern_unit(const struct draft *draft, double rati
 {
 	const int pattern_unit = options->pattern_unit;
 	const struct garment *garment = &draft->garment;
+	const char *place = "pattern_unit"; /* the one to change */
 	char hint[96] = "set unit and pattern_unit";
 	const double mm = pattern_unit == UNIT_SHEET ? 0 : units[pattern_unit].mm;
 	if (mm > 0 && is_unit_square(garment, mm))
 		snprintf(hint, sizeof hint, "its coordinates run from 0 to 1: import it with pattern_unit = sheet");
 	for (int unit = 0; mm > 0 && unit < UNITS; unit++) {
 		double other = ratio * (mm / units[unit].mm) * (mm / units[unit].mm);
-		if (other > 0.25 && other < 4)
+		if (other > 0.25 && other < 4) {
 			snprintf(hint, sizeof hint, "the pattern looks like %s: import it with pattern_unit = %s",
 				 units[unit].words, units[unit].name);
+			place = "pattern_unit";
+		}
 		other = ratio * (units[unit].mm / units[options->unit].mm) * (units[unit].mm / units[options->unit].mm);
-		if (!usual_size && other > 0.25 && other < 4)
+		if (!usual_size && other > 0.25 && other < 4) {
 			snprintf(hint, sizeof hint, "the worn mesh looks like %s: import it with unit = %s",
 				 units[unit].words, units[unit].name);
+			place = "unit";
+		}
 	}
-	return tw_fail(draft->error, TW_ERROR_INPUT, "pattern-scale", "pattern_unit",
+	return tw_fail(draft->error, TW_ERROR_INPUT, "pattern-scale", place,
 		       "the worn mesh has %.4g mm2, the flat pattern %.4g mm2, which no fabric stretches to; %s",
 		       draft->report->worn_area_mm2, draft->report->pattern_area_mm2, hint);
 }

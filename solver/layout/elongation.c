@@ -100,7 +100,8 @@ static enum tw_status next_frame(const struct stream *stream, struct motion_read
 }
 
 /* Lengths in the frame of this motion that is the reference; the reader stands at the first frame again. */
-static enum tw_status rest_in_frame(const struct stream *stream, struct motion_reader *reader, struct tw_error *error)
+static enum tw_status rest_in_frame(const struct stream *stream, struct motion_reader *reader, uint32_t motion,
+				    struct tw_error *error)
 {
 	const uint32_t number = stream->input->field->options.reference_frame;
 	for (uint32_t i = 0; i <= number; i++) {
@@ -110,7 +111,9 @@ static enum tw_status rest_in_frame(const struct stream *stream, struct motion_r
 			return status;
 		if (!positions)
 			return tw_fail(error, TW_ERROR_INPUT, "reference-frame", NULL,
-				       "the motion has %u frames, so there is no frame %u to refer to", i, number);
+				       "the motion %.64s has %u frame%s, so there is no frame %u; choose a "
+				       "reference_frame below %u",
+				       stream->input->motion_name[motion], i, i == 1 ? "" : "s", number, i);
 		for (uint32_t l = 0; i == number && l < stream->layout_count; l++)
 			measure(&stream->carried[l], stream->input->garment, positions, stream->carried[l].rest_mm);
 	}
@@ -137,7 +140,7 @@ static enum tw_status take_motion(const struct stream *stream, uint32_t motion, 
 	uint32_t frames = 0;
 	enum tw_status status = input->motion_open(input->context, motion, &reader, error);
 	if (status == TW_OK && stream->over == FIELD_REFERENCE_FRAME)
-		status = rest_in_frame(stream, reader, error);
+		status = rest_in_frame(stream, reader, motion, error);
 	if (status == TW_OK)
 		status = take_frames(stream, reader, motion, &frames, error);
 	motion_close(reader);

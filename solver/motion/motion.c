@@ -38,7 +38,8 @@ static enum tw_status find_format(struct motion_reader *reader, enum motion_form
 	if (status != TW_OK)
 		return status;
 	if (got == 0)
-		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL, "the file is empty");
+		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL,
+			       "the file is empty; export the motion again");
 	*format = sniff(bytes, got, reader->expected);
 	const char *foreign = *format == MOTION_SNIFF ? foreign_kind(bytes, got) : NULL;
 	if (*format == MOTION_SNIFF)
@@ -98,10 +99,12 @@ static enum tw_status bad_position(const struct motion_reader *reader, const flo
 	snprintf(where, sizeof where, "frame %u vertex %zu", reader->frame, i / 3);
 	if (isfinite(positions[i]))
 		return tw_fail(error, TW_ERROR_INPUT, "motion-too-far", where,
-			       "in frame %u, vertex %zu lies %g mm from the origin; check the unit", reader->frame,
-			       i / 3, (double)fabsf(positions[i]));
+			       "a vertex lies %.10g mm from the origin, at most %.10g is accepted; import the motion "
+			       "in its own unit "
+			       "(mm, cm or m), or mend that frame",
+			       (double)fabsf(positions[i]), (double)position_limit_mm);
 	return tw_fail(error, TW_ERROR_INPUT, "motion-not-a-number", where,
-		       "in frame %u, vertex %zu has a coordinate that is not a finite number", reader->frame, i / 3);
+		       "a coordinate is not a finite number; export the motion again");
 }
 
 /* To millimetres, and every coordinate a number; in pieces that stay in the cache. */

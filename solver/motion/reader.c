@@ -35,9 +35,10 @@ enum tw_status reader_check_counts(const struct motion_reader *reader, int64_t v
 				   struct tw_error *error)
 {
 	if (vertices < 1 || frames < 1)
-		return tw_fail(error, TW_ERROR_INPUT, "motion-empty", NULL,
-			       "the header says %lld vertices and %lld frames; there must be at least one of each",
-			       (long long)vertices, (long long)frames);
+		return tw_fail(
+			error, TW_ERROR_INPUT, "motion-empty", NULL,
+			"the header says %lld vertices and %lld frames; export the motion with at least one of each",
+			(long long)vertices, (long long)frames);
 	if (reader->expected > 0 && vertices != reader->expected)
 		return tw_fail(error, TW_ERROR_INPUT, "motion-vertex-count", NULL,
 			       "the motion has %lld vertices, the garment's file %u; export both from the same mesh",
@@ -59,7 +60,9 @@ enum tw_status reader_check(const struct motion_reader *reader, int64_t vertices
 	if (reader->source.size == UINT64_MAX || reader->source.size == size)
 		return TW_OK;
 	return tw_fail(error, TW_ERROR_INPUT, reader->source.size < size ? "motion-truncated" : "motion-trailing-bytes",
-		       NULL, "the header describes %llu bytes (%lld frames of %lld vertices), the file has %llu",
+		       NULL,
+		       "the header describes %llu bytes (%lld frames of %lld vertices), the file has %llu; export or "
+		       "send it again, whole",
 		       (unsigned long long)size, (long long)frames, (long long)vertices,
 		       (unsigned long long)reader->source.size);
 }
