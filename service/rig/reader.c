@@ -3,6 +3,7 @@
 #include "service/rig/reader.h"
 
 #include "api/recording.h"
+#include "service/log.h"
 #include "service/rig/clock.h"
 #include "service/rig/ending.h"
 
@@ -31,11 +32,15 @@ struct recording {
 	size_t pending_count;
 };
 
+/* What stderr was told last. */
+enum told { TOLD_NOTHING, TOLD_CONNECTED, TOLD_APART };
+
 struct rig {
 	struct store *store;         /* borrowed */
 	struct rig_scanner *scanner; /* borrowed */
 	const char *device_url;      /* borrowed */
 	struct rig_scanner_state state;
+	enum told told;
 	uint64_t overflowed; /* samples for which `pending` had no room */
 	struct rig_sample latest;
 	bool has_sample;
@@ -223,10 +228,27 @@ static void take_scans(struct rig *rig)
 	}
 }
 
+/* For whoever started it by hand: when samples come, and once when they do not. A peer that accepts and says nothing is
+ * not connected. */
+static void tell_connection(struct rig *rig)
+{
+	const struct rig_scanner_state *state = &rig->state;
+	const bool answers = state->connected && !state->problem[0] && state->counts.scans > 0;
+	const enum told now = answers ? TOLD_CONNECTED : state->problem[0] ? TOLD_APART : rig->told;
+	if (now == rig->told)
+		return;
+	rig->told = now;
+	if (now == TOLD_CONNECTED)
+		log_event(LOG_LEVEL_INFO, "connected", "device=\"%s\"", rig->device_url);
+	else
+		log_event(LOG_LEVEL_WARNING, "no-samples", "text=\"%s; trying again\"", state->problem);
+}
+
 static enum tw_status turn(struct rig *rig, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
 	take_scans(rig);
+	tell_connection(rig);
 	if (rig_clock_us() - rig->state_put_us >= STATE_PERIOD_US)
 		status = put_state(rig, NULL, error);
 	if (status != TW_OK)

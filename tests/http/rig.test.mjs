@@ -87,7 +87,7 @@ const ended = (location) =>
   });
 
 function startRig(device, ...more) {
-  return spawn(binary, ['rig', '--device', device, '--store', store, '--timeout-ms', '2000', ...more], { stdio: 'inherit' });
+  return spawn(binary, ['rig', '--device', device, '--store', store, ...(more.includes('--timeout-ms') ? [] : ['--timeout-ms', '2000']), ...more], { stdio: 'inherit' });
 }
 
 const gone = (child) =>
@@ -268,6 +268,24 @@ test('a Modbus exception is named and does not cost the connection', async () =>
     assert.equal(state.status, 'connected');
     box.broken = false;
     await until('samples', async () => (await get('/v1/rig')).text === '');
+  } finally {
+    rig.kill('SIGTERM');
+    await gone(rig);
+    await box.stop();
+  }
+});
+
+test('stderr says once that there are no samples, and when they come', async () => {
+  const port = await freePort();
+  const rig = spawn(binary, ['rig', '--device', `tcp://127.0.0.1:${port}`, '--store', store], { stdio: ['ignore', 'ignore', 'pipe'] });
+  let text = '';
+  rig.stderr.on('data', (part) => (text += part));
+  const box = new Box(port);
+  try {
+    await until('the word', () => /no-samples text="cannot connect to .*; trying again"/.test(text));
+    await box.start();
+    await until('the connection', () => /info connected device=/.test(text), 15);
+    assert.equal(text.trim().split('\n').length, 2, text);
   } finally {
     rig.kill('SIGTERM');
     await gone(rig);
