@@ -39,7 +39,7 @@ static int refuse_command(const char *given)
 	for (const struct command *c = commands; c->name; c++)
 		names[count++] = c->name;
 	(void)names_refuse(&(struct names){names, count}, "command", given, "usage", NULL, &error);
-	fprintf(stderr, "tightwire: %s\n", error.text);
+	fprintf(stderr, "tightwire: %s; see tightwire --help\n", error.text);
 	return COMMAND_USAGE;
 }
 
@@ -49,11 +49,11 @@ int main(int argc, char **argv)
 		print_usage(stderr);
 		return COMMAND_USAGE;
 	}
-	if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "help")) {
+	if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help")) {
 		print_usage(stdout);
 		return COMMAND_DONE;
 	}
-	if (!strcmp(argv[1], "--version")) {
+	if (!strcmp(argv[1], "--version") || !strcmp(argv[1], "version")) {
 		printf("tightwire " TW_VERSION "\n");
 		return COMMAND_DONE;
 	}

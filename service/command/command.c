@@ -14,16 +14,46 @@ static int fail(const struct command_steps *steps, const struct tw_error *error,
 	return code;
 }
 
+/* Up to "=", and with _ for -, as options take them. */
+static bool same_flag(const char *a, const char *b)
+{
+	const size_t length = strcspn(a, "=");
+	if (strcspn(b, "=") != length)
+		return false;
+	for (size_t i = 0; i < length; i++)
+		if ((a[i] == '_' ? '-' : a[i]) != (b[i] == '_' ? '-' : b[i]))
+			return false;
+	return true;
+}
+
+/* A flag that is given twice would mean one of the two, silently; only motions are a list. What follows a flag may be
+ * its value, but none looks like a flag that was given before. */
+static enum tw_status refuse_repeated(int argc, char **argv, struct tw_error *error)
+{
+	for (int i = 1; i < argc; i++) {
+		if (strncmp(argv[i], "--", 2) != 0 || same_flag(argv[i], "--motion"))
+			continue;
+		for (int k = 1; k < i; k++)
+			if (same_flag(argv[k], argv[i]))
+				return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
+					       "%.*s is given twice; leave one out", (int)strcspn(argv[i], "="),
+					       argv[i]);
+	}
+	return TW_OK;
+}
+
 int command_run(const struct command_steps *steps, void *session, int argc, char **argv)
 {
 	struct tw_error error = {0};
 	bool help = false;
 	int code = COMMAND_DONE;
-	if (steps->parse(session, argc, argv, &help, &error))
+	if (argc == 2 && !strcmp(argv[1], "-h"))
+		help = true;
+	else if (steps->parse(session, argc, argv, &help, &error) || (!help && refuse_repeated(argc, argv, &error)))
 		code = fail(steps, &error, COMMAND_USAGE);
-	else if (help)
+	if (code == COMMAND_DONE && help)
 		steps->print_help();
-	else if (steps->run(session, &error))
+	else if (code == COMMAND_DONE && steps->run(session, &error))
 		code = fail(steps, &error, COMMAND_FAILED);
 	if (steps->clear)
 		steps->clear(session);
@@ -60,6 +90,9 @@ enum tw_status command_refuse(const char *argument, const char *const *texts, co
 	const char *names[OPTION_NAMES_MAX], *flags[2 * OPTION_NAMES_MAX];
 	char text[OPTION_NAMES_MAX][48], given[64];
 	size_t options = 0, count = 0;
+	if (!strcmp(argument, "true") || !strcmp(argument, "false"))
+		return tw_fail(error, TW_ERROR_INPUT, "usage", argument,
+			       "is one argument too many; a flag takes it with =, as --json=%s; see --help", argument);
 	if (argument[0] != '-')
 		return tw_fail(error, TW_ERROR_INPUT, "usage", argument,
 			       "is one argument too many; files are given with flags; see --help");

@@ -151,10 +151,8 @@ static enum tw_status write_arrays(const struct session *session, json_t *list, 
 {
 	const struct garment_files *files = &session->files;
 	struct tw_array arrays[FIELD_ARRAYS];
-	enum tw_status status = file_make_folder(session->settings.out, error);
 	const size_t count = field_to_arrays(&files->field, arrays);
-	if (status == TW_OK)
-		status = write_mesh_arrays(session, list, error);
+	enum tw_status status = write_mesh_arrays(session, list, error);
 	for (size_t i = 0; i < count && status == TW_OK; i++)
 		if (strcmp(arrays[i].name, "scale") != 0) /* a single number stands in the JSON */
 			status = write_array(session, &arrays[i], list, error);
@@ -216,8 +214,8 @@ static enum tw_status print_table(const struct session *session, struct tw_error
 		return tw_fail_memory(error);
 	memcpy(sorted, files->field.density, faces * sizeof *sorted);
 	qsort(sorted, faces, sizeof *sorted, compare_numbers);
-	printf("%u vertices, %u faces, %u edges; %u motions, %u frames\n", files->garment.vertex_count, faces,
-	       files->field.edge_count, files->motion_count, files->frame_count);
+	printf("%u vertices, %u faces, %u edges; %u motion%s, %u frames\n", files->garment.vertex_count, faces,
+	       files->field.edge_count, files->motion_count, files->motion_count == 1 ? "" : "s", files->frame_count);
 	printf("density: median %.4g, 95 %% below %.4g, largest %.4g MPa\n", sorted[faces / 2],
 	       sorted[faces - 1 - faces / 20], sorted[faces - 1]);
 	printf("seconds: import %.3f, strain %.3f, weights %.3f\n%s/field.json\n", files->seconds_import,
@@ -244,7 +242,9 @@ static enum tw_status run(void *context, struct tw_error *error)
 	session->arena = arena_new(0);
 	if (!session->arena)
 		return tw_fail_memory(error);
-	enum tw_status status = garment_files_load(files, session->arena, error);
+	enum tw_status status = file_prepare_folder(session->settings.out, error);
+	if (status == TW_OK)
+		status = garment_files_load(files, session->arena, error);
 	if (status == TW_OK)
 		status = garment_files_field(files, session->arena, garment_files_threads(session->settings.threads),
 					     error);
@@ -253,7 +253,7 @@ static enum tw_status run(void *context, struct tw_error *error)
 		return status;
 	struct warning_list warnings = {0};
 	field_warn_of_no_motion(&files->field, &warnings);
-	warnings_print(&warnings, files->worn);
+	warnings_print(&warnings, NULL);
 	json_t *arrays = json_array();
 	status = write_arrays(session, arrays, error);
 	json_t *json = show_field(session, arrays);

@@ -140,3 +140,36 @@ enum tw_status file_make_folder(const char *path, struct tw_error *error)
 	free(copy);
 	return status;
 }
+
+/* With the slash behind it, what is no folder is an error as well. */
+static enum tw_status check_folder(const char *path, const char *blamed, const char *doing, struct tw_error *error)
+{
+	char *inside;
+	if (asprintf(&inside, "%s/.", path) < 0)
+		return tw_fail_memory(error);
+	enum tw_status status = access(inside, W_OK | X_OK) ? fail_file(blamed, doing, error) : TW_OK;
+	free(inside);
+	return status;
+}
+
+enum tw_status file_prepare_folder(const char *path, struct tw_error *error)
+{
+	enum tw_status status = file_make_folder(path, error);
+	return status == TW_OK ? check_folder(path, path, "write into it", error) : status;
+}
+
+enum tw_status file_check_writable(const char *path, struct tw_error *error)
+{
+	struct stat status;
+	if (stat(path, &status) == 0 && S_ISDIR(status.st_mode)) {
+		errno = EISDIR;
+		return fail_file(path, "write", error);
+	}
+	const char *slash = strrchr(path, '/');
+	char *folder = slash ? strndup(path, (size_t)(slash - path)) : strdup(".");
+	if (!folder)
+		return tw_fail_memory(error);
+	enum tw_status checked = check_folder(folder, path, "write", error);
+	free(folder);
+	return checked;
+}

@@ -27,4 +27,10 @@ void file_source_close(struct file_source *opened);
 /* Makes a folder, and those above it, where they are missing. */
 enum tw_status file_make_folder(const char *path, struct tw_error *error) TW_NODISCARD;
 
+/* Before a long computation: makes the folder and checks that files can be written into it. */
+enum tw_status file_prepare_folder(const char *path, struct tw_error *error) TW_NODISCARD;
+
+/* Before a long computation: checks that file_write can make this file. */
+enum tw_status file_check_writable(const char *path, struct tw_error *error) TW_NODISCARD;
+
 #endif

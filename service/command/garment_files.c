@@ -45,6 +45,22 @@ void garment_files_clear(struct garment_files *files)
 	*files = (struct garment_files){0};
 }
 
+/* The server refuses the same motion twice, too: its weight would be that of two. */
+static enum tw_status take_motion(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
+				  struct tw_error *error)
+{
+	const char **motion = &files->motion[files->motion_count];
+	enum tw_status status = command_take_text("--motion", "a file", motion, argc, argv, index, taken, error);
+	if (status != TW_OK || !*taken)
+		return status;
+	for (uint32_t m = 0; m < files->motion_count; m++)
+		if (!strcmp(files->motion[m], *motion))
+			return tw_fail(error, TW_ERROR_INPUT, "motion-twice", "--motion",
+				       "%.160s is given twice; leave one out", *motion);
+	files->motion_count++;
+	return TW_OK;
+}
+
 /* A preset gives other defaults, whether it stands before the options that it changes or behind them: all arguments so
  * far are read anew over those of the preset. */
 static enum tw_status take_field_option(struct garment_files *files, int argc, char **argv, int *index, bool *taken,
@@ -71,11 +87,8 @@ enum tw_status garment_files_take(struct garment_files *files, int argc, char **
 	enum tw_status status = command_take_text("--worn", "a file", &files->worn, argc, argv, index, taken, error);
 	if (status == TW_OK && !*taken)
 		status = command_take_text("--pattern", "a file", &files->pattern, argc, argv, index, taken, error);
-	if (status == TW_OK && !*taken) {
-		status = command_take_text("--motion", "a file", &files->motion[files->motion_count], argc, argv, index,
-					   taken, error);
-		files->motion_count += *taken;
-	}
+	if (status == TW_OK && !*taken)
+		status = take_motion(files, argc, argv, index, taken, error);
 	if (status == TW_OK && !*taken)
 		status = option_from_arguments(&import_option_table, &files->import, argc, argv, index, taken, error);
 	if (status == TW_OK && !*taken)
@@ -108,13 +121,27 @@ void warnings_print(const struct warning_list *warnings, const char *what)
 	for (uint32_t i = 0; i < warnings->count; i++) {
 		const struct warning *warning = &warnings->warning[i];
 		progress_clear();
-		fprintf(stderr, "warning: %s: %s", what, warning->text);
+		fprintf(stderr, "warning: %s%s%s", what ? what : "", what ? ": " : "", warning->text);
 		for (uint32_t k = 0; k < warning->place_count; k++)
 			fprintf(stderr, k ? ", %s%u" : " (%s %u", k ? "" : warning->place_kind, warning->place[k]);
 		if (warning->count > warning->place_count && warning->place_count > 0)
 			fprintf(stderr, ", …; %llu in all", (unsigned long long)warning->count);
 		fprintf(stderr, "%s\n", warning->place_count ? ")" : "");
 	}
+}
+
+/* What is wrong with a garment, blamed on the file of the two that it is in: the import says "pattern, line 1". */
+static enum tw_status blame_garment(const struct garment_files *files, enum tw_status status, struct tw_error *error)
+{
+	static const char word[] = "pattern";
+	const size_t length = sizeof word - 1;
+	const char *rest = error->where + length;
+	if (status == TW_OK || !files->pattern || strncmp(error->where, word, length) != 0 ||
+	    (*rest && strncmp(rest, ", ", 2) != 0))
+		return file_blame(status, files->worn, error);
+	rest += *rest ? 2 : 0;
+	memmove(error->where, rest, strlen(rest) + 1);
+	return file_blame(status, files->pattern, error);
 }
 
 enum tw_status garment_files_load(struct garment_files *files, struct arena *arena, struct tw_error *error)
@@ -133,9 +160,10 @@ enum tw_status garment_files_load(struct garment_files *files, struct arena *are
 	}
 	progress_show("checking %s", files->worn);
 	if (status == TW_OK)
-		status = file_blame(garment_import(&files->garment, arena, &source[0], path[1] ? &source[1] : NULL,
-						   &files->import, &files->report, error),
-				    path[0], error);
+		status = blame_garment(files,
+				       garment_import(&files->garment, arena, &source[0], path[1] ? &source[1] : NULL,
+						      &files->import, &files->report, error),
+				       error);
 	if (status == TW_OK)
 		warnings_print(&files->report.warnings, path[0]);
 	if (status == TW_OK)

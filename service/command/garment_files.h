@@ -62,7 +62,8 @@ enum tw_status garment_files_field(struct garment_files *files, struct arena *ar
 enum tw_status garment_files_open_motion(struct garment_files *files, uint32_t motion, struct motion_reader **reader,
 					 struct tw_error *error) TW_NODISCARD;
 
-/* One line each on stderr: "warning: suit.obj: … (vertex 3, 4, …; 12 in all)", as the service shows them. */
+/* One line each on stderr: "warning: suit.obj: … (vertex 3, 4, …; 12 in all)", as the service shows them. `what`
+ * is the file to blame; NULL: none. */
 void warnings_print(const struct warning_list *warnings, const char *what);
 
 /* Threads for `wanted`; 0: as many as the machine has. */

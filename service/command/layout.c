@@ -151,7 +151,7 @@ static void show_progress(void *context, const struct layout_progress *progress)
 
 static enum tw_status write_files(const struct session *session, struct tw_error *error)
 {
-	enum tw_status status = file_make_folder(session->settings.out, error);
+	enum tw_status status = TW_OK;
 	for (uint32_t i = 0; i < session->output.artifact_count && status == TW_OK; i++) {
 		const struct layout_artifact *artifact = &session->output.artifacts[i];
 		char *path;
@@ -167,7 +167,9 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 {
 	const unsigned threads = garment_files_threads(session->settings.threads);
 	struct garment_files *files = &session->files;
-	enum tw_status status = garment_files_load(files, session->arena, error);
+	enum tw_status status = file_prepare_folder(session->settings.out, error);
+	if (status == TW_OK)
+		status = garment_files_load(files, session->arena, error);
 	if (status == TW_OK)
 		status = load_request(session, error);
 	if (status == TW_OK)
@@ -197,7 +199,7 @@ static enum tw_status compute(struct session *session, struct tw_error *error)
 	if (status == TW_OK)
 		status = write_files(session, error);
 	if (status == TW_OK)
-		warnings_print(&session->output.summary.warnings, session->settings.terminals);
+		warnings_print(&session->output.summary.warnings, NULL);
 	return status;
 }
 

@@ -256,6 +256,8 @@ static enum tw_status solve_file(const struct settings *settings, struct arena *
 {
 	struct steiner_file file;
 	enum tw_status status = instance_read(settings->path, arena, &file, error);
+	if (status == TW_OK && settings->certificate)
+		status = file_check_writable(settings->certificate, error);
 	if (status != TW_OK)
 		return status;
 	const struct steiner_options solver = {
@@ -269,10 +271,12 @@ static enum tw_status solve_file(const struct settings *settings, struct arena *
 	struct sigaction interrupt = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
 	sigaction(SIGINT, &interrupt, NULL);
 	struct steiner_tree tree;
-	status = steiner_solve(&file.graph, file.terminals, file.terminal_count, &solver, arena, &tree, error);
+	status = file_blame(
+		steiner_solve(&file.graph, file.terminals, file.terminal_count, &solver, arena, &tree, error),
+		settings->path, error);
 	progress_clear();
 	if (status == TW_OK)
-		status = print_tree(settings, &file, &tree, error);
+		status = file_blame(print_tree(settings, &file, &tree, error), settings->path, error);
 	if (status == TW_OK && settings->certificate)
 		status = write_certificate(settings, &file, &tree, arena, error);
 	return status;
@@ -284,7 +288,7 @@ static enum tw_status run(void *context, struct tw_error *error)
 	struct arena *arena = arena_new(0);
 	const enum tw_status status = arena ? solve_file(settings, arena, error) : tw_fail_memory(error);
 	arena_free(arena);
-	return file_blame(status, settings->path, error);
+	return status;
 }
 
 int command_steiner(int argc, char **argv)

@@ -86,7 +86,9 @@ test('an explicit option wins over the preset, in any order and when it names a 
   assert.deepEqual(options('--preset', 'paper', '--energy', 'stvk'), stvk);
   assert.deepEqual(options('--energy=stvk', '--preset=paper'), stvk);
   assert.deepEqual(options('--overhang', 'charge', '--preset', 'paper'), { energy: 'printed', overhang: 'charge', preset: 'paper' });
-  assert.deepEqual(options('--preset', 'paper', '--preset', 'none'), { energy: 'stvk', overhang: 'charge', preset: 'none' });
+  const twice = field('preset', '--preset', 'paper', '--preset', 'none');
+  assert.equal(twice.status, 2);
+  assert.match(twice.stderr, /--preset is given twice/);
 });
 
 test('what cannot be done exits 1 with one line, and a wrong call 2', () => {

@@ -43,11 +43,35 @@ test('every command explains itself, and refuses what it does not know with one 
     const help = spawnSync(tightwire, [command, '--help'], { encoding: 'utf8' });
     assert.equal(help.status, 0, command);
     assert.match(help.stdout, new RegExp(`^usage: tightwire ${command} `));
+    if (!['key', 'serve'].includes(command))
+      assert.equal(spawnSync(tightwire, [command, '-h'], { encoding: 'utf8' }).stdout, help.stdout);
     const wrong = spawnSync(tightwire, [command, '--nonsense'], { encoding: 'utf8' });
     assert.equal(wrong.status, 2, command);
     assert.equal(wrong.stdout, '');
     assert.equal(wrong.stderr.trim().split('\n').length, 1, wrong.stderr);
   }
+});
+
+test('a flag that is given twice, a folder that cannot be written and a bad pattern are named before any work', () => {
+  const folder = temporaryFolder();
+  const at = (name) => join(folder.path, name);
+  writeFileSync(at('worn.obj'), 'v 0 0 0\nv 900 0 0\nv 0 900 0\nvt 0 0\nvt 900 0\nvt 0 900\nf 1/1 2/2 3/3\n');
+  writeFileSync(at('flat.obj'), 'v 0 zero 0\n');
+  const field = (...more) => spawnSync(tightwire, ['field', '--worn', at('worn.obj'), ...more], { encoding: 'utf8' });
+  for (const [run, status, words] of [
+    [field('--out', at('a'), '--out', at('b')), 2, /--out is given twice/],
+    [field('--out', at('a'), '--eta-mpa=1', '--eta_mpa', '2'), 2, /--eta.mpa is given twice/],
+    [field('--out', at('a'), '--motion', 'x.pc2', '--motion=x.pc2'), 2, /--motion: x\.pc2 is given twice/],
+    [field('--out', at('a'), '--json', 'false'), 2, /--json=false/],
+    [field('--out', at('a'), '--pattern', at('flat.obj')), 1, /flat\.obj: line 1: /],
+    [field('--out', at('worn.obj'), '--motion', 'none.pc2'), 1, /worn\.obj: cannot write into it: Not a directory/],
+    [field('--out', at('a')), 0, /^warning: no motion shapes this field/],
+  ]) {
+    assert.equal(run.status, status, run.stderr);
+    assert.match(run.stderr, words);
+    assert.equal(run.stderr.trim().split('\n').length, 1, run.stderr);
+  }
+  folder.remove();
 });
 
 const hasTerminals = spawnSync('script', ['--version']).status === 0;
