@@ -202,7 +202,7 @@ static enum tw_status folders_make(const struct request *request, struct tw_erro
 		/* The longest name that follows is shorter than 64 bytes. */
 		if (!path_join(path, request->directory, folders[i], "", "") || strlen(path) > sizeof path - 64)
 			return tw_fail(error, TW_ERROR_INPUT, "file", NULL, "the path of --out is too long");
-		status = file_make_folder(path, error);
+		status = file_prepare_folder(path, error);
 	}
 	return status;
 }
