@@ -12,8 +12,9 @@ struct store;
 
 /* What the service around it does for the api. Functions may be NULL; they are called from any thread. */
 struct api_hooks {
-	void (*job_added)(void *context);                     /* there is work in the queue: wake a worker */
-	char *(*metrics)(void *context);                      /* text for /metrics in the Prometheus format; malloc */
+	void (*job_added)(void *context); /* there is work in the queue: wake a worker */
+	void (*job_asked)(void *context); /* a running job was asked to stop, or removed: tell the workers */
+	char *(*metrics)(void *context);  /* text for /metrics in the Prometheus format; malloc */
 	bool (*ready)(void *context, char *why, size_t size); /* false, with a reason, while draining */
 	bool (*may_hold)(void *context); /* whether one more request, or stream of events, may wait for a job */
 	/* The service itself failed (a status of 500 and above, but for a full store): for the log. `request_id` may be

@@ -23,6 +23,13 @@ void call_job_added(const struct api_call *call)
 		hooks->job_added(hooks->context);
 }
 
+void call_job_asked(const struct api_call *call)
+{
+	const struct api_hooks *hooks = &call->settings->hooks;
+	if (hooks->job_asked)
+		hooks->job_asked(hooks->context);
+}
+
 void call_failed(const struct api_call *call, const char *request_id, const struct tw_error *error)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;

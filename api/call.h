@@ -42,6 +42,9 @@ bool call_may_hold(const struct api_call *call);
 /* Tells the service that there is work. */
 void call_job_added(const struct api_call *call);
 
+/* Tells the service that jobs were cancelled or removed, running ones perhaps. */
+void call_job_asked(const struct api_call *call);
+
 /* Tells the service, for its log, of a failure that is its own. */
 void call_failed(const struct api_call *call, const char *request_id, const struct tw_error *error);
 

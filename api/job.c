@@ -81,7 +81,10 @@ enum tw_status cancel_job(struct api_call *call, struct tw_error *error)
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
 		status = job_cancel(call->store, call->match.parameters[0], &state, error);
-	return status != TW_OK ? status : respond_job(call, error);
+	if (status != TW_OK)
+		return status;
+	call_job_asked(call);
+	return respond_job(call, error);
 }
 
 enum tw_status redrive_job(struct api_call *call, struct tw_error *error)

@@ -61,8 +61,10 @@ enum tw_status resource_respond_delete(struct api_call *call, enum resource_kind
 	if (status == TW_OK)
 		status = resource_delete(call->store, kind, resource.id, dependents && !strcmp(dependents, "true"),
 					 error);
-	if (status == TW_OK)
+	if (status == TW_OK) {
+		call_job_asked(call);
 		response_empty(&call->response, 204);
+	}
 	resource_clear(&resource);
 	return status;
 }

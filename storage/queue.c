@@ -205,6 +205,15 @@ enum tw_status job_heartbeat(struct store *store, const struct job_ticket *ticke
 	return transaction_end(store, status, error);
 }
 
+enum tw_status job_is_cancelled(struct store *store, const struct job_ticket *ticket, bool *cancel,
+				struct tw_error *error)
+{
+	struct job_run run = {0};
+	enum tw_status status = job_state_check(store, ticket, &run, error);
+	*cancel = status == TW_OK && run.cancel_requested;
+	return status;
+}
+
 static uint32_t version_of(const struct job_ticket *ticket)
 {
 	return resource_kind_row(job_kind_row(ticket->kind)->resource)->version;

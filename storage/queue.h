@@ -33,6 +33,10 @@ enum tw_status job_expire(struct store *store, struct tw_error *error) TW_NODISC
 enum tw_status job_heartbeat(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
 			     const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
 
+/* The same without a write: whether somebody asked the job to stop. TW_ERROR_CONFLICT "lease-lost". */
+enum tw_status job_is_cancelled(struct store *store, const struct job_ticket *ticket, bool *cancel,
+				struct tw_error *error) TW_NODISCARD;
+
 /* Writes the result and ends the job, in one durable transaction; wakes what waited for it. Where somebody asked the
  * job to stop before that, it ends as cancelled and the result is dropped. TW_ERROR_CONFLICT "lease-lost", and then
  * nothing is written. */

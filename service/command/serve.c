@@ -59,6 +59,14 @@ static void on_job_added(void *context)
 	supervisor_wake(daemon->supervisor);
 }
 
+/* Whoever waits for a job that was queued sees its end, too. */
+static void on_job_asked(void *context)
+{
+	struct daemon *daemon = context;
+	supervisor_tell_asked(daemon->supervisor);
+	http_jobs_changed(daemon->http);
+}
+
 static char *on_metrics(void *context)
 {
 	const struct daemon *daemon = context;
@@ -103,12 +111,13 @@ static enum tw_status open_signals(struct daemon *daemon, struct tw_error *error
 	return daemon->signals >= 0 ? TW_OK : tw_fail(error, TW_ERROR_IO, "signals", NULL, "signalfd failed");
 }
 
-/* Three descriptors for each connection (its own, and a pair while it is relayed), and some for the store and the
- * pipes; as many as the hard limit allows. */
-static void raise_file_limit(int64_t connections)
+/* Three descriptors for each connection (its own, and a pair while it is relayed), a pipe for each worker, and some for
+ * the store and the other pipes; as many as the hard limit allows. */
+static void raise_file_limit(const struct config *config)
 {
 	struct rlimit limit;
-	rlim_t wanted = 3 * (rlim_t)connections + HTTP_RESERVE + SPARE_FILES;
+	int64_t connections = config->connections;
+	rlim_t wanted = 3 * (rlim_t)connections + 2 * (rlim_t)config->workers + HTTP_RESERVE + SPARE_FILES;
 	if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur >= wanted)
 		return;
 	limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
@@ -133,7 +142,7 @@ static struct api_settings api_settings_of(struct daemon *daemon)
 		.cors_origin = config->cors_origin,
 		.host_names = config->host_names,
 		.key_file = config->key_file,
-		.hooks = {on_job_added, on_metrics, on_ready, on_may_hold, on_failed, daemon},
+		.hooks = {on_job_added, on_job_asked, on_metrics, on_ready, on_may_hold, on_failed, daemon},
 	};
 }
 
@@ -204,7 +213,7 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 {
 	const struct config *config = &daemon->config;
 	bool loopback_only = !config->key_file[0];
-	raise_file_limit(config->connections);
+	raise_file_limit(config);
 	enum tw_status status = open_signals(daemon, error);
 	daemon->metrics = metrics_new();
 	if (status == TW_OK && !daemon->metrics)
@@ -273,7 +282,7 @@ static void reload(struct daemon *daemon)
 	}
 	const struct http_limits limits = http_limits_of(&daemon->config);
 	http_set_limits(daemon->http, &limits);
-	raise_file_limit(daemon->config.connections);
+	raise_file_limit(&daemon->config);
 	log_event(LOG_LEVEL_INFO, "reloaded", "restart_for=\"%s\"", kept);
 	log_set_level(parse_log_level(daemon->config.log_level));
 }

@@ -9,8 +9,9 @@
 struct flags {
 	const char *store; /* borrowed */
 	const char *name;  /* borrowed; NULL for none */
-	uint32_t wake_fd;  /* UINT32_MAX for none, as done_fd */
+	uint32_t wake_fd;  /* UINT32_MAX for none, as the next two */
 	uint32_t done_fd;
+	uint32_t asked_fd;
 	uint32_t threads;
 	uint32_t memory_mib;
 	double lease_s;
@@ -60,6 +61,12 @@ static const struct option rows[] = {
 	 .fallback = UINT32_MAX,
 	 .maximum = UINT32_MAX,
 	 .help = "inherited pipe to write a byte to when a job has ended (used by serve)"},
+	{.name = "asked_fd",
+	 .kind = OPTION_INTEGER,
+	 .offset = offsetof(struct flags, asked_fd),
+	 .fallback = UINT32_MAX,
+	 .maximum = UINT32_MAX,
+	 .help = "inherited pipe that gets a byte when a running job was asked to stop (used by serve)"},
 	{.name = "help", .kind = OPTION_FLAG, .offset = offsetof(struct flags, help), .help = "this text"},
 };
 
@@ -113,6 +120,7 @@ static enum tw_status run(void *context, struct tw_error *error)
 		.name = flags->name,
 		.wake_fd = flags->wake_fd == UINT32_MAX ? -1 : (int)flags->wake_fd,
 		.done_fd = flags->done_fd == UINT32_MAX ? -1 : (int)flags->done_fd,
+		.asked_fd = flags->asked_fd == UINT32_MAX ? -1 : (int)flags->asked_fd,
 		.threads = flags->threads,
 		.memory_limit = (size_t)flags->memory_mib << 20,
 		.lease_ms = (int64_t)(flags->lease_s * 1000),

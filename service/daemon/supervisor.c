@@ -18,6 +18,7 @@
 /* The ends of the pipes as a worker finds them. Ours lie above, so that they are never in the way. */
 #define WORKER_WAKE_FD 3
 #define WORKER_DONE_FD 4
+#define WORKER_ASKED_FD 5
 #define OWN_FD_MIN 10
 
 struct child {
@@ -25,6 +26,7 @@ struct child {
 	int64_t started_ms;
 	int64_t start_at_ms; /* where there is none */
 	int64_t pause_ms;    /* before the next start */
+	int asked[2];        /* pipe; both ends stay ours too, so that any thread may write whoever lives */
 };
 
 struct supervisor {
@@ -70,6 +72,14 @@ void supervisor_wake(struct supervisor *supervisor)
 		return;
 }
 
+void supervisor_tell_asked(struct supervisor *supervisor)
+{
+	/* A full pipe holds the news already. */
+	for (unsigned i = 0; i < supervisor->settings.workers; i++)
+		if (write(supervisor->workers[i].asked[1], "", 1) < 0)
+			continue;
+}
+
 int supervisor_done_fd(const struct supervisor *supervisor)
 {
 	return supervisor->done[0];
@@ -86,17 +96,19 @@ bool supervisor_take_done(struct supervisor *supervisor)
 
 /* --- processes -------------------------------------------------------------------------------------------------- */
 
-static int spawn_worker(const struct supervisor *supervisor, pid_t *pid)
+static int spawn_worker(const struct supervisor *supervisor, struct child *worker)
 {
 	const struct supervisor_settings *settings = &supervisor->settings;
-	char threads[32], memory[32], lease[32], wake[32], done[32];
+	char threads[32], memory[32], lease[32], wake[32], done[32], asked[32];
 	snprintf(threads, sizeof threads, "--threads=%u", settings->threads);
 	snprintf(memory, sizeof memory, "--memory-mib=%llu", (unsigned long long)settings->memory_mib);
 	snprintf(lease, sizeof lease, "--lease-s=%u", settings->lease_s);
 	snprintf(wake, sizeof wake, "--wake-fd=%d", WORKER_WAKE_FD);
 	snprintf(done, sizeof done, "--done-fd=%d", WORKER_DONE_FD);
-	char *arguments[] = {"tightwire", "worker", "--store", (char *)settings->store_url, threads, memory, lease,
-			     wake,        done,     NULL};
+	snprintf(asked, sizeof asked, "--asked-fd=%d", WORKER_ASKED_FD);
+	char *arguments[] = {"tightwire", "worker", "--store", (char *)settings->store_url,
+			     threads,     memory,   lease,     wake,
+			     done,        asked,    NULL};
 	static const int inherited[] = {SIGPIPE, SIGCHLD, SIGHUP, SIGTERM, SIGINT};
 	posix_spawn_file_actions_t files;
 	posix_spawnattr_t attributes;
@@ -109,11 +121,12 @@ static int spawn_worker(const struct supervisor *supervisor, pid_t *pid)
 	posix_spawn_file_actions_init(&files);
 	posix_spawn_file_actions_adddup2(&files, supervisor->wake[0], WORKER_WAKE_FD);
 	posix_spawn_file_actions_adddup2(&files, supervisor->done[1], WORKER_DONE_FD);
+	posix_spawn_file_actions_adddup2(&files, worker->asked[0], WORKER_ASKED_FD);
 	posix_spawnattr_init(&attributes);
 	posix_spawnattr_setsigmask(&attributes, &none);
 	posix_spawnattr_setsigdefault(&attributes, &defaults);
 	posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-	int code = posix_spawn(pid, supervisor->settings.program, &files, &attributes, arguments, environ);
+	int code = posix_spawn(&worker->pid, supervisor->settings.program, &files, &attributes, arguments, environ);
 	posix_spawnattr_destroy(&attributes);
 	posix_spawn_file_actions_destroy(&files);
 	return code;
@@ -129,7 +142,7 @@ static void put_off(struct child *worker, int64_t lived_ms)
 
 static void start_worker(struct supervisor *supervisor, struct child *worker)
 {
-	int code = spawn_worker(supervisor, &worker->pid);
+	int code = spawn_worker(supervisor, worker);
 	worker->started_ms = now_ms();
 	if (!code) {
 		log_event(LOG_LEVEL_INFO, "worker-started", "pid=%d", (int)worker->pid);
@@ -180,10 +193,12 @@ enum tw_status supervisor_start(struct supervisor **supervisor, const struct sup
 	made->settings = *settings;
 	made->wake[0] = made->wake[1] = made->done[0] = made->done[1] = -1;
 	for (unsigned i = 0; i < settings->workers; i++)
-		made->workers[i].pause_ms = PAUSE_FIRST_MS;
+		made->workers[i] = (struct child){.pause_ms = PAUSE_FIRST_MS, .asked = {-1, -1}};
 	enum tw_status status = open_pipe(made->wake, error);
 	if (status == TW_OK)
 		status = open_pipe(made->done, error);
+	for (unsigned i = 0; status == TW_OK && i < settings->workers; i++)
+		status = open_pipe(made->workers[i].asked, error);
 	if (status != TW_OK) {
 		supervisor_stop(made);
 		return status;
@@ -230,6 +245,8 @@ void supervisor_stop(struct supervisor *supervisor)
 	for (unsigned i = 0; i < supervisor->settings.workers; i++)
 		if (supervisor->workers[i].pid)
 			bury(supervisor, &supervisor->workers[i]);
+	for (unsigned i = 0; i < supervisor->settings.workers; i++)
+		close_pipe(supervisor->workers[i].asked);
 	close_pipe(supervisor->wake);
 	close_pipe(supervisor->done);
 	free(supervisor);

@@ -1,9 +1,10 @@
 /* The worker processes of the daemon: N of `tightwire worker`, replaced when they end, with a pause that doubles while
  * they keep dying.
  *
- * Two pipes join them to the daemon. A byte in the wake pipe wakes one idle worker; its end of file tells the workers
- * that the daemon is gone. A byte in the done pipe tells the daemon that a job has ended. Both are hints: workers and
- * daemon also look into the store by themselves. */
+ * Pipes join them to the daemon. A byte in the wake pipe wakes one idle worker; its end of file tells the workers that
+ * the daemon is gone. A byte in the done pipe tells the daemon that a job has ended. Every worker has a pipe of its own
+ * besides: a byte says that a running job, its own perhaps, was asked to stop. All are hints: workers and daemon also
+ * look into the store by themselves. */
 #ifndef SERVICE_DAEMON_SUPERVISOR_H
 #define SERVICE_DAEMON_SUPERVISOR_H
 
@@ -35,6 +36,9 @@ enum tw_status supervisor_start(struct supervisor **supervisor, const struct sup
 
 /* Wakes an idle worker. May be called from any thread. */
 void supervisor_wake(struct supervisor *supervisor);
+
+/* Tells all workers that a running job was asked to stop, or was removed. May be called from any thread. */
+void supervisor_tell_asked(struct supervisor *supervisor);
 
 /* For poll: readable when a job has ended. supervisor_take_done then empties it. */
 int supervisor_done_fd(const struct supervisor *supervisor);

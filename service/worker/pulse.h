@@ -12,10 +12,19 @@
 
 struct pulse;
 
-/* Opens the store and starts the thread. A computation that neither tells nor asks anything for `stall_ms` hangs, and
- * the process exits with PULSE_STALLED, so that its job goes to another and somebody starts it anew; 0: never. */
+struct pulse_settings {
+	const char *store_url;
+	/* A computation that neither tells nor asks anything for so long hangs, and the process exits with
+	 * PULSE_STALLED, so that its job goes to another and somebody starts it anew; 0: never. */
+	int64_t stall_ms;
+	/* Pipe, non-blocking: a byte says that some running job was asked to stop, so that the thread looks at once
+	 * whether it is this one, and not at its next beat; -1 for none. */
+	int asked_fd;
+};
+
+/* Opens the store and starts the thread. */
 enum { PULSE_STALLED = 70 };
-enum tw_status pulse_new(struct pulse **pulse, const char *store_url, int64_t stall_ms,
+enum tw_status pulse_new(struct pulse **pulse, const struct pulse_settings *settings,
 			 struct tw_error *error) TW_NODISCARD;
 void pulse_free(struct pulse *pulse); /* NULL is allowed */
 

@@ -286,8 +286,12 @@ static enum tw_status start_pulse(struct worker *worker, struct tw_error *error)
 	sigset_t before;
 	sigfillset(&all);
 	pthread_sigmask(SIG_SETMASK, &all, &before);
-	enum tw_status status =
-		pulse_new(&worker->pulse, worker->settings->store_url, worker->settings->stall_ms, error);
+	const struct pulse_settings settings = {
+		.store_url = worker->settings->store_url,
+		.stall_ms = worker->settings->stall_ms,
+		.asked_fd = worker->settings->asked_fd,
+	};
+	enum tw_status status = pulse_new(&worker->pulse, &settings, error);
 	pthread_sigmask(SIG_SETMASK, &before, NULL);
 	return status;
 }
