@@ -59,6 +59,15 @@ static void report(struct job *job, const char *stage, double share)
 		job->input->progress(job->input->context, &job->progress);
 }
 
+/* Begins a stage, unless the layout is not wanted any more. */
+static enum tw_status enter(struct job *job, const char *stage, double share, struct tw_error *error)
+{
+	report(job, stage, share);
+	if (job->input->cancelled && job->input->cancelled(job->input->context))
+		return tw_fail(error, TW_ERROR_CANCELLED, "cancelled", NULL, "the layout was cancelled");
+	return TW_OK;
+}
+
 static void report_search(void *context, const struct steiner_progress *search)
 {
 	struct job *job = context;
@@ -157,8 +166,8 @@ static enum tw_status search(struct job *job, const struct graph *graph, const c
 			     struct steiner_tree *tree, struct tw_error *error)
 {
 	const struct pricing_search search = {graph, work_limit, 1, report_search, job};
-	report(job, stage, job->share_from);
-	return pricing_solve(&job->pricing, job->arena, job->input, &search, tree, error);
+	enum tw_status status = enter(job, stage, job->share_from, error);
+	return status != TW_OK ? status : pricing_solve(&job->pricing, job->arena, job->input, &search, tree, error);
 }
 
 /* What a millimetre along each edge costs; NULL where edges have no price of their own. */
@@ -259,7 +268,8 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 		summary->seconds_baseline = lap(&start);
 	}
 	const double *costs = NULL;
-	report(job, "curves", SHARE_COMPARED);
+	if (status == TW_OK)
+		status = enter(job, "curves", SHARE_COMPARED, error);
 	job->ours.has_chords = job->pricing.has_chords;
 	if (status == TW_OK && job->ours.has_chords)
 		status = leave_chords(job, error);
@@ -316,14 +326,13 @@ static enum tw_status split_by_motion(struct job *job, struct tw_error *error)
 static enum tw_status look_at_motions(struct job *job, bool *has_elongation, struct tw_error *error)
 {
 	const struct layout_input *input = job->input;
-	enum tw_status status = TW_OK;
 	*has_elongation = false;
 	if (!input->request->options.elongation || input->motion_count == 0)
 		return TW_OK;
-	report(job, "elongation", 0.85);
+	enum tw_status status = enter(job, "elongation", 0.85, error);
 	for (uint32_t m = 0; m < input->motion_count; m++)
 		*has_elongation |= layout_has_frames(input, m);
-	if (*has_elongation)
+	if (status == TW_OK && *has_elongation)
 		status = stretch(job, error);
 	if (status == TW_OK && input->motion_mean)
 		status = split_by_motion(job, error);
@@ -397,9 +406,10 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 	if (status == TW_OK)
 		status = look_at_motions(job, &has_elongation, error);
 	summary->seconds_elongation = lap(&start);
+	if (status == TW_OK)
+		status = enter(job, "artifacts", 0.97, error);
 	if (status != TW_OK)
 		return status;
-	report(job, "artifacts", 0.97);
 	struct layout_result result = {
 		.input = input,
 		.ground = &job->ground,

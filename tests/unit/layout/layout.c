@@ -653,33 +653,53 @@ static void every_terminal_that_is_seen_has_its_wire_there(void **state)
 	assert_true(seen >= 2 * 40);
 }
 
-static bool stop_at_once(void *context)
+/* `bench` first: it is what open_motion is handed. */
+struct stopper {
+	struct bench bench;
+	const char *last_wanted; /* the stage from which on nobody wants it */
+	bool stops;
+};
+
+static void stop_from_stage(void *context, const struct layout_progress *progress)
 {
-	(void)context;
-	return 1;
+	struct stopper *stopper = context;
+	stopper->stops |= !strcmp(progress->stage, stopper->last_wanted);
 }
 
-static void a_cancelled_layout_says_so(void **state)
+static bool has_stopped(void *context)
+{
+	const struct stopper *stopper = context;
+	return stopper->stops;
+}
+
+static void a_cancelled_layout_says_so_at_every_stage(void **state)
 {
 	(void)state;
-	struct bench bench;
-	set_up(&bench, 0, 0.2);
-	set_motion(&bench, NULL);
-	const char *json = "{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198}]}";
-	assert_int_equal(layout_request_parse(&bench.request, json, strlen(json), NULL), TW_OK);
-	static const char *const names[] = {"none"};
-	struct layout_input input = {.garment = &bench.garment,
-				     .topology = &bench.topology,
-				     .field = &bench.field,
-				     .request = &bench.request,
-				     .motion_name = names,
-				     .motion_count = 1,
-				     .motion_open = open_motion,
-				     .cancelled = stop_at_once,
-				     .context = &bench};
-	struct tw_error error = {0};
-	assert_int_equal(layout_compute(&input, bench.arena, &bench.output, &error), TW_ERROR_CANCELLED);
-	tear_down(&bench);
+	static const char *const stages[] = {"terminals", "tree", "baseline", "curves", "elongation", "artifacts"};
+	for (size_t i = 0; i < sizeof stages / sizeof *stages; i++) {
+		struct stopper stopper = {.last_wanted = stages[i]};
+		struct bench *bench = &stopper.bench;
+		set_up(bench, 0, 0.2);
+		set_motion(bench, NULL);
+		const char *json =
+			"{\"terminals\":[{\"vertex\":168},{\"vertex\":690},{\"vertex\":600},{\"vertex\":198}]}";
+		assert_int_equal(layout_request_parse(&bench->request, json, strlen(json), NULL), TW_OK);
+		static const char *const names[] = {"none"};
+		struct layout_input input = {.garment = &bench->garment,
+					     .topology = &bench->topology,
+					     .field = &bench->field,
+					     .request = &bench->request,
+					     .motion_name = names,
+					     .motion_count = 1,
+					     .motion_open = open_motion,
+					     .progress = stop_from_stage,
+					     .cancelled = has_stopped,
+					     .context = &stopper};
+		struct tw_error error = {0};
+		assert_int_equal(layout_compute(&input, bench->arena, &bench->output, &error), TW_ERROR_CANCELLED);
+		assert_true(stopper.stops);
+		tear_down(bench);
+	}
 }
 
 struct watch {
@@ -786,7 +806,7 @@ int main(void)
 		cmocka_unit_test(drawings_are_well_formed_and_of_true_scale),
 		cmocka_unit_test(elongation_of_a_piece_that_is_sewn_to_itself),
 		cmocka_unit_test(every_terminal_that_is_seen_has_its_wire_there),
-		cmocka_unit_test(a_cancelled_layout_says_so),
+		cmocka_unit_test(a_cancelled_layout_says_so_at_every_stage),
 		cmocka_unit_test(progress_never_falls_and_ends_with_the_proven_tree),
 		cmocka_unit_test(the_summary_and_the_file_tell_the_same),
 	};
