@@ -2,6 +2,8 @@
 
 #include "solver/drawing/svg.h"
 
+#include <string.h>
+
 /* A file is a text of its own, or a drawing in some format. Adding one is one row, and where need be one function that
  * fills a drawing, or one that writes a format. */
 static const struct artifact {
@@ -31,22 +33,40 @@ static void draw(const struct artifact *artifact, const struct layout_result *re
 	arena_free(arena);
 }
 
+static enum tw_status write_file(const struct artifact *artifact, const struct layout_result *result,
+				 struct arena *arena, struct layout_artifact *file, struct tw_error *error)
+{
+	struct text text = {0};
+	if (artifact->write)
+		artifact->write(result, &text);
+	else
+		draw(artifact, result, &text);
+	file->name = artifact->name;
+	file->media_type = artifact->media_type;
+	return text_take(&text, arena, &file->bytes, &file->size, error);
+}
+
 enum tw_status artifacts_write(const struct layout_result *result, struct arena *arena, struct layout_output *output,
 			       struct tw_error *error)
 {
-	for (size_t a = 0; a < ARTIFACT_COUNT; a++) {
-		struct text text = {0};
-		struct layout_artifact *file = &output->artifacts[a];
-		if (artifacts[a].write)
-			artifacts[a].write(result, &text);
-		else
-			draw(&artifacts[a], result, &text);
-		file->name = artifacts[a].name;
-		file->media_type = artifacts[a].media_type;
-		enum tw_status status = text_take(&text, arena, &file->bytes, &file->size, error);
-		if (status != TW_OK)
-			return status;
-	}
-	output->artifact_count = ARTIFACT_COUNT;
-	return TW_OK;
+	const char *wanted = result->input->file;
+	enum tw_status status = TW_OK;
+	for (size_t a = 0; a < ARTIFACT_COUNT && status == TW_OK; a++)
+		if (!wanted || !strcmp(wanted, artifacts[a].name))
+			status = write_file(&artifacts[a], result, arena, &output->artifacts[output->artifact_count++],
+					    error);
+	return status;
+}
+
+const char *layout_file_name(uint32_t i)
+{
+	return i < ARTIFACT_COUNT ? artifacts[i].name : NULL;
+}
+
+const char *layout_file_media_type(const char *name)
+{
+	for (size_t a = 0; a < ARTIFACT_COUNT; a++)
+		if (!strcmp(name, artifacts[a].name))
+			return artifacts[a].media_type;
+	return NULL;
 }

@@ -5,7 +5,7 @@
 #include "solver/layout/output.h"
 #include "solver/layout/result.h"
 
-/* Writes all files into the output. The bytes lie in the arena. TW_ERROR_MEMORY. */
+/* Writes the file that the input wants into the output, or all. The bytes lie in the arena. TW_ERROR_MEMORY. */
 enum tw_status artifacts_write(const struct layout_result *result, struct arena *arena, struct layout_output *output,
 			       struct tw_error *error) TW_NODISCARD;
 

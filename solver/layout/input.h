@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 struct field;
+struct layout_trees;
 struct motion_reader;
 
 /* What is known so far of the running computation. */
@@ -29,8 +30,11 @@ struct layout_input {
 	const char *const *motion_name; /* [motion_count] for the report; may be NULL when motion_count is 0 */
 	uint32_t motion_count;          /* the field's; 0 where nothing is asked of them */
 	const bool *motion_has_frames;  /* [motion_count] of which the elongation can be measured; NULL: of all */
-	unsigned threads;               /* 0 and 1: the calling thread only. Never changes the answer */
-	size_t memory_limit;            /* bytes of scratch memory for the Steiner search; 0 for none */
+	/* Of the same request, garment and field, as a layout_output had them: nothing is searched. NULL: it is. */
+	const struct layout_trees *trees;
+	const char *file;    /* the one file that is wanted, "pattern.svg"; NULL for all */
+	unsigned threads;    /* 0 and 1: the calling thread only. Never changes the answer */
+	size_t memory_limit; /* bytes of scratch memory for the Steiner search; 0 for none */
 	/* Opens the frames of a motion, positioned at its first frame; layout_compute closes it with motion_close. Only
 	 * called for motions that have frames, where the request asks for the elongation; one is open at a time. */
 	enum tw_status (*motion_open)(void *context, uint32_t motion, struct motion_reader **reader,

@@ -32,6 +32,7 @@ struct job {
 	struct pricing pricing;
 	struct wire_rules rules, baseline_rules; /* the baseline's tree is of mesh edges */
 	struct solved ours, baseline;
+	struct layout_trees trees; /* as they were found */
 	struct layout_progress progress;
 	double share_from, share_to; /* what the running search is of the whole */
 };
@@ -137,6 +138,16 @@ static enum tw_status place_sites(struct job *job, struct tw_error *error)
 	return status != TW_OK ? status : ground_take_sites(&job->ground, job->arena, &job->sites, error);
 }
 
+static enum tw_status choose_eta(struct job *job, struct tw_error *error)
+{
+	const struct layout_trees *given = job->input->trees;
+	job->trees.eta_mpa = given ? given->eta_mpa : NAN;
+	if (given || job->input->request->options.eta != ETA_AUTO)
+		return TW_OK;
+	report_balance(job, 0);
+	return pricing_balance(&job->trees.eta_mpa, job->arena, &job->ground, &job->sites, report_balance, job, error);
+}
+
 static enum tw_status prepare(struct job *job, struct tw_error *error)
 {
 	const struct layout_input *input = job->input;
@@ -150,16 +161,44 @@ static enum tw_status prepare(struct job *job, struct tw_error *error)
 					   &job->outline, error);
 	if (status == TW_OK)
 		status = place_sites(job, error);
-	double eta = NAN;
-	if (status == TW_OK && input->request->options.eta == ETA_AUTO) {
-		report_balance(job, 0);
-		status = pricing_balance(&eta, job->arena, &job->ground, &job->sites, report_balance, job, error);
-	}
 	if (status == TW_OK)
-		status = pricing_build(&job->pricing, job->arena, &job->ground, &job->sites, eta, error);
+		status = choose_eta(job, error);
+	if (status == TW_OK)
+		status = pricing_build(&job->pricing, job->arena, &job->ground, &job->sites, job->trees.eta_mpa, error);
 	if (status == TW_OK)
 		choose_rules(job);
 	return status;
+}
+
+/* A tree that was found before. */
+static enum tw_status take_tree(const struct job *job, const struct graph *graph, const struct layout_tree *given,
+				struct steiner_tree *tree, struct tw_error *error)
+{
+	const struct network *network = &job->pricing.network;
+	*tree = (struct steiner_tree){
+		.outcome = given->is_optimal ? STEINER_OPTIMAL : STEINER_LIMIT,
+		.weight = given->weight,
+		.lower_bound = given->lower_bound,
+		.edges = ARENA_ARRAY(job->arena, given->edge_count, uint32_t),
+		.edge_count = given->edge_count,
+	};
+	if (!tree->edges)
+		return tw_fail_memory(error);
+	if (given->edge_count)
+		memcpy(tree->edges, given->edges, given->edge_count * sizeof *tree->edges);
+	return steiner_verify(graph, network->terminal, network->sites->count, tree->edges, tree->edge_count,
+			      tree->weight, error);
+}
+
+static struct layout_tree tree_of(const struct steiner_tree *tree)
+{
+	return (struct layout_tree){
+		.is_optimal = tree->outcome == STEINER_OPTIMAL,
+		.weight = tree->weight,
+		.lower_bound = tree->lower_bound,
+		.edges = tree->edges,
+		.edge_count = tree->edge_count,
+	};
 }
 
 static enum tw_status search(struct job *job, const struct graph *graph, const char *stage, uint64_t work_limit,
@@ -168,6 +207,36 @@ static enum tw_status search(struct job *job, const struct graph *graph, const c
 	const struct pricing_search search = {graph, work_limit, 1, report_search, job};
 	enum tw_status status = enter(job, stage, job->share_from, error);
 	return status != TW_OK ? status : pricing_solve(&job->pricing, job->arena, job->input, &search, tree, error);
+}
+
+/* Our tree, searched or given. */
+static enum tw_status find_tree(struct job *job, struct tw_error *error)
+{
+	const struct layout_trees *given = job->input->trees;
+	const struct graph *graph = job->pricing.graph;
+	enum tw_status status = given ? take_tree(job, graph, &given->ours, &job->ours.tree, error)
+				      : search(job, graph, "tree", 0, &job->ours.tree, error);
+	if (status == TW_OK)
+		job->trees.ours = tree_of(&job->ours.tree);
+	return status;
+}
+
+/* The baseline's graph is the network's with other weights. */
+static enum tw_status find_baseline(struct job *job, struct tw_error *error)
+{
+	const struct layout_trees *given = job->input->trees;
+	struct steiner_tree *tree = &job->baseline.tree;
+	struct graph graph = job->pricing.network.graph;
+	uint64_t *weight = ARENA_ARRAY(job->arena, graph.edge_count, uint64_t);
+	if (!weight)
+		return tw_fail_memory(error);
+	memcpy(weight, job->pricing.network.baseline, graph.edge_count * sizeof *weight);
+	graph.weight = weight;
+	enum tw_status status = given ? take_tree(job, &graph, &given->baseline, tree, error)
+				      : search(job, &graph, "baseline", BASELINE_WORK, tree, error);
+	if (status == TW_OK)
+		job->trees.baseline = tree_of(tree);
+	return status;
 }
 
 /* What a millimetre along each edge costs; NULL where edges have no price of their own. */
@@ -249,22 +318,15 @@ static enum tw_status solve(struct job *job, struct layout_summary *summary, str
 	bool compare = job->pricing.network.baseline != NULL;
 	job->share_from = job->input->request->options.eta == ETA_AUTO ? SHARE_BALANCED : SHARE_PLACED;
 	job->share_to = compare ? SHARE_SOLVED : SHARE_COMPARED;
-	enum tw_status status = search(job, job->pricing.graph, "tree", 0, &job->ours.tree, error);
+	enum tw_status status = find_tree(job, error);
 	summary->seconds_tree = lap(&start);
 	if (status != TW_OK)
 		return status;
 	job->progress.weight = job->ours.tree.weight;
 	job->progress.lower_bound = job->ours.tree.lower_bound;
 	if (compare) {
-		/* The baseline's graph is the same one with other weights. */
-		struct graph graph = job->pricing.network.graph;
-		uint64_t *weight = ARENA_ARRAY(job->arena, graph.edge_count, uint64_t);
-		if (!weight)
-			return tw_fail_memory(error);
-		memcpy(weight, job->pricing.network.baseline, graph.edge_count * sizeof *weight);
-		graph.weight = weight;
 		job->share_from = SHARE_SOLVED, job->share_to = SHARE_COMPARED;
-		status = search(job, &graph, "baseline", BASELINE_WORK, &job->baseline.tree, error);
+		status = find_baseline(job, error);
 		summary->seconds_baseline = lap(&start);
 	}
 	const double *costs = NULL;
@@ -427,6 +489,7 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 		.summary = summary,
 	};
 	summarise(job, &result, summary);
+	output->trees = job->trees;
 	status = artifacts_write(&result, job->arena, output, error);
 	summary->seconds_artifacts = lap(&start);
 	summary->seconds_total = start - begin;
