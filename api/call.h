@@ -4,6 +4,7 @@
 #define API_CALL_H
 
 #include "api/api.h"
+#include "api/caller.h"
 #include "api/query.h"
 #include "api/request.h"
 #include "api/response.h"
@@ -15,6 +16,7 @@ struct api_call {
 	struct api *api;                     /* borrowed */
 	const struct api_settings *settings; /* borrowed, of this request's policy */
 	struct store *store;                 /* borrowed: this thread's */
+	struct caller caller;
 	struct api_request request;
 	struct query query;
 	struct route_match match; /* match.parameters[0] is the path's first {…} */

@@ -13,6 +13,7 @@
 struct event_stream {
 	struct api_stream stream;
 	struct store *store; /* borrowed: of the thread that sends */
+	int64_t tenant;
 	char id[ROUTE_PARAMETER_SIZE];
 	int64_t change; /* of the job as it was sent last */
 	bool is_final;  /* the last event is in `text` */
@@ -47,7 +48,7 @@ static enum tw_status print_event(struct event_stream *events, const struct job 
 static enum tw_status refill(struct event_stream *events)
 {
 	struct job job = {0};
-	enum tw_status status = job_get(events->store, events->id, &job, NULL);
+	enum tw_status status = job_get(events->store, events->tenant, events->id, &job, NULL);
 	if (status == TW_ERROR_NOT_FOUND) {
 		events->is_final = true;
 		return TW_OK;
@@ -89,7 +90,7 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 	struct job job = {0};
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
-		status = job_get(call->store, call->match.parameters[0], &job, error);
+		status = job_get(call->store, call->caller.owner.tenant, call->match.parameters[0], &job, error);
 	job_clear(&job);
 	if (status != TW_OK)
 		return status;
@@ -101,6 +102,7 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 		return tw_fail_memory(error);
 	events->stream = (struct api_stream){.size = API_STREAM_UNKNOWN, .read = read_events, .close = close_events};
 	events->store = call->store;
+	events->tenant = call->caller.owner.tenant;
 	events->change = -1;
 	memcpy(events->id, call->match.parameters[0], sizeof events->id);
 	response_header(&call->response, "Cache-Control", "no-store");

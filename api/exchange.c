@@ -36,6 +36,7 @@ struct exchange *exchange_new(struct api *api, const char *target)
 	exchange->target = copy;
 	exchange->call.api = api;
 	exchange->policy = api_take_policy(api);
+	exchange->call.caller.owner = OWNER_DEFAULT;
 	exchange->call.settings = api_policy_settings(exchange->policy);
 	return exchange;
 }
@@ -292,7 +293,8 @@ static enum tw_status take_named_uploads(struct api_call *call, struct tw_error 
 	for (const char *const *part = call->match.route->parts; *part && status == TW_OK; part++) {
 		const char *id = query_get(&call->query, *part);
 		if (id)
-			status = body_upload_take(&call->upload, call->store, *part, id, error);
+			status = body_upload_take(&call->upload, call->store, call->caller.owner.tenant, *part, id,
+						  error);
 	}
 	return status;
 }
@@ -308,8 +310,8 @@ static enum tw_status prepare_upload(struct api_call *call, struct tw_error *err
 		return status;
 	if (query_get(&call->query, route->parts[0]))
 		return take_named_uploads(call, error);
-	return body_upload_init(&call->upload, call->store, route->parts, call_header(call, "Content-Type"), name,
-				call->settings->upload_limit_bytes, error);
+	return body_upload_init(&call->upload, call->store, call->caller.owner, route->parts,
+				call_header(call, "Content-Type"), name, call->settings->upload_limit_bytes, error);
 }
 
 static enum tw_status prepare_append(struct api_call *call, struct tw_error *error)
@@ -324,8 +326,9 @@ static enum tw_status prepare_append(struct api_call *call, struct tw_error *err
 			       "say at which byte the upload goes on, as a number");
 	if (complete && strcmp(complete, "?1") != 0 && strcmp(complete, "?0") != 0)
 		return tw_fail(error, TW_ERROR_INPUT, "malformed-header", "Upload-Complete", "this is ?1 or ?0");
-	return body_upload_append(&call->upload, call->store, call->match.parameters[0], offset,
-				  complete && !strcmp(complete, "?1"), call->settings->upload_limit_bytes, error);
+	return body_upload_append(&call->upload, call->store, call->caller.owner.tenant, call->match.parameters[0],
+				  offset, complete && !strcmp(complete, "?1"), call->settings->upload_limit_bytes,
+				  error);
 }
 
 static enum tw_status prepare_body(struct api_call *call, struct tw_error *error)
@@ -485,7 +488,9 @@ bool exchange_is_due(struct exchange *exchange)
 	struct job job = {0};
 	if (api_store(exchange->call.api, &store, NULL) != TW_OK)
 		return true;
-	bool due = job_get(store, exchange->call.wait.job_id, &job, NULL) != TW_OK || job_state_is_final(job.state);
+	bool due =
+		job_get(store, exchange->call.caller.owner.tenant, exchange->call.wait.job_id, &job, NULL) != TW_OK ||
+		job_state_is_final(job.state);
 	job_clear(&job);
 	return due;
 }

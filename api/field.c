@@ -95,7 +95,8 @@ static enum tw_status parse(struct field_request *request, const char *bytes, si
 static enum tw_status check_needs(struct api_call *call, const struct field_request *request, struct tw_error *error)
 {
 	struct resource resource = {0};
-	enum tw_status status = resource_get(call->store, RESOURCE_MESH, request->needs[0], &resource, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, RESOURCE_MESH, request->needs[0],
+					     &resource, error);
 	if (status == TW_ERROR_NOT_FOUND)
 		status = tw_fail(error, TW_ERROR_INPUT, "no-such-mesh", "/mesh",
 				 "there is no such mesh; upload it first");
@@ -104,7 +105,8 @@ static enum tw_status check_needs(struct api_call *call, const struct field_requ
 		char(*meshes)[STORE_ID_SIZE] = NULL, pointer[64];
 		size_t count = 0;
 		snprintf(pointer, sizeof pointer, "/motions/%zu", i - 1);
-		status = resource_get(call->store, RESOURCE_MOTION, request->needs[i], &resource, error);
+		status = resource_get(call->store, call->caller.owner.tenant, RESOURCE_MOTION, request->needs[i],
+				      &resource, error);
 		if (status == TW_OK)
 			status = resource_needs(call->store, request->needs[i], RESOURCE_MESH, &meshes, &count, error);
 		if (status == TW_ERROR_NOT_FOUND ||
@@ -126,6 +128,7 @@ enum tw_status post_field(struct api_call *call, struct tw_error *error)
 	if (status == TW_OK)
 		status = check_needs(call, &request, error);
 	struct resource_draft draft = {
+		.owner = call->caller.owner,
 		.kind = RESOURCE_FIELD,
 		.name = request.name,
 		.options = request.options,

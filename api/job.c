@@ -14,7 +14,7 @@ enum { REDRIVE_MS = 2000 };
 static enum tw_status respond_job(struct api_call *call, struct tw_error *error)
 {
 	struct job job = {0};
-	enum tw_status status = job_get(call->store, call->match.parameters[0], &job, error);
+	enum tw_status status = job_get(call->store, call->caller.owner.tenant, call->match.parameters[0], &job, error);
 	if (status == TW_OK)
 		status = response_json(&call->response, 200, job_show(&job), error);
 	job_clear(&job);
@@ -54,7 +54,8 @@ static const char *problem_slug(const char *text)
 enum tw_status list_jobs(struct api_call *call, struct tw_error *error)
 {
 	static const char *const known[] = {"kind", "state", "problem", "limit", "cursor", NULL};
-	struct job_query query = {.failure_type = problem_slug(query_get(&call->query, "problem"))};
+	struct job_query query = {.tenant = call->caller.owner.tenant,
+				  .failure_type = problem_slug(query_get(&call->query, "problem"))};
 	struct job_page page = {0};
 	enum tw_status status = query_only(&call->query, known, error);
 	if (status == TW_OK)
@@ -80,7 +81,7 @@ enum tw_status cancel_job(struct api_call *call, struct tw_error *error)
 	enum job_state state = JOB_QUEUED;
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
-		status = job_cancel(call->store, call->match.parameters[0], &state, error);
+		status = job_cancel(call->store, call->caller.owner.tenant, call->match.parameters[0], &state, error);
 	if (status != TW_OK)
 		return status;
 	call_job_asked(call);
@@ -91,7 +92,7 @@ enum tw_status redrive_job(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
-		status = job_redrive(call->store, call->match.parameters[0], error);
+		status = job_redrive(call->store, call->caller.owner.tenant, call->match.parameters[0], error);
 	if (status != TW_OK)
 		return status;
 	call_job_added(call);
@@ -131,7 +132,8 @@ static enum tw_status redrive_state(struct api_call *call, const struct redrive_
 enum tw_status redrive_jobs(struct api_call *call, struct tw_error *error)
 {
 	static const char *const known[] = {"kind", "state", "problem", NULL};
-	struct redrive_query query = {.failure_type = problem_slug(query_get(&call->query, "problem"))};
+	struct redrive_query query = {.tenant = call->caller.owner.tenant,
+				      .failure_type = problem_slug(query_get(&call->query, "problem"))};
 	unsigned states = 0;
 	uint64_t redriven = 0;
 	bool more = false;

@@ -16,7 +16,7 @@ static enum tw_status check_field_exists(struct api_call *call, const char *id, 
 	if (!id)
 		return tw_fail(error, TW_ERROR_INPUT, "json-missing-field", "/field",
 			       "field is missing; give the id of a field");
-	enum tw_status status = resource_get(call->store, RESOURCE_FIELD, id, &field, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, RESOURCE_FIELD, id, &field, error);
 	resource_clear(&field);
 	if (status == TW_ERROR_NOT_FOUND)
 		return tw_fail(error, TW_ERROR_INPUT, "no-such-field", "/field",
@@ -58,7 +58,8 @@ static enum tw_status create_layout(struct api_call *call, const char *field, st
 {
 	char *options = NULL, *asked = NULL;
 	const char *needs[] = {field};
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .needs = needs, .need_count = 1};
+	struct resource_draft draft = {
+		.owner = call->caller.owner, .kind = RESOURCE_LAYOUT, .needs = needs, .need_count = 1};
 	enum tw_status status = find_idempotency_key(call, &draft.idempotency_key, error);
 	if (status == TW_OK)
 		status = read_request(call, &options, &asked, error);

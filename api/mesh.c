@@ -76,7 +76,7 @@ enum tw_status post_mesh(struct api_call *call, struct tw_error *error)
 	const char *uploads[BODY_UPLOADS_MAX];
 	struct import_options values;
 	enum tw_status status = parse_options(call, &import_option_table, &values, &options, error);
-	struct resource_draft draft = {.kind = RESOURCE_MESH, .options = options};
+	struct resource_draft draft = {.owner = call->caller.owner, .kind = RESOURCE_MESH, .options = options};
 	draft_uploads(call, &draft, uploads);
 	if (status == TW_OK)
 		status = resource_respond_create(call, &draft, error);
@@ -107,7 +107,8 @@ enum tw_status delete_mesh(struct api_call *call, struct tw_error *error)
 static enum tw_status check_mesh_exists(struct api_call *call, struct tw_error *error)
 {
 	struct resource mesh = {0};
-	enum tw_status status = resource_get(call->store, RESOURCE_MESH, call->match.parameters[0], &mesh, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, RESOURCE_MESH,
+					     call->match.parameters[0], &mesh, error);
 	resource_clear(&mesh);
 	return status;
 }
@@ -119,7 +120,11 @@ enum tw_status post_motion(struct api_call *call, struct tw_error *error)
 	const char *needs[] = {call->match.parameters[0]};
 	struct motion_options values;
 	enum tw_status status = parse_options(call, &motion_option_table, &values, &options, error);
-	struct resource_draft draft = {.kind = RESOURCE_MOTION, .options = options, .needs = needs, .need_count = 1};
+	struct resource_draft draft = {.owner = call->caller.owner,
+				       .kind = RESOURCE_MOTION,
+				       .options = options,
+				       .needs = needs,
+				       .need_count = 1};
 	draft_uploads(call, &draft, uploads);
 	if (status == TW_OK)
 		status = check_mesh_exists(call, error);

@@ -69,6 +69,7 @@ static enum tw_status create_field(struct api_call *call, const struct resource 
 	enum resource_outcome outcome = RESOURCE_EXISTED;
 	enum tw_status status = origin_read(call, old->id, &origin, error);
 	const struct resource_draft draft = {
+		.owner = call->caller.owner,
 		.kind = RESOURCE_FIELD,
 		.name = old->name,
 		.options = options,
@@ -92,7 +93,7 @@ static enum tw_status renew_field(struct api_call *call, char id[STORE_ID_SIZE],
 	struct resource field = {0};
 	char *options = NULL;
 	bool outdated = false;
-	enum tw_status status = resource_get(call->store, RESOURCE_FIELD, id, &field, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, RESOURCE_FIELD, id, &field, error);
 	if (status == TW_OK)
 		status = resource_is_outdated(call->store, &field, &outdated, error);
 	if (status == TW_OK && outdated)
@@ -167,6 +168,7 @@ static enum tw_status renew(struct api_call *call, const struct resource *old, s
 	if (status == TW_OK) {
 		print_key(old->id, key);
 		const struct resource_draft draft = {
+			.owner = call->caller.owner,
 			.kind = RESOURCE_LAYOUT,
 			.name = old->name,
 			.options = request,

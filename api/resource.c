@@ -12,7 +12,7 @@ enum tw_status resource_find(struct api_call *call, enum resource_kind kind, str
 {
 	bool nested = resource_kind_is_nested(kind);
 	const char *id = call->match.parameters[nested];
-	enum tw_status status = resource_get(call->store, kind, id, resource, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, kind, id, resource, error);
 	if (status != TW_OK || !nested)
 		return status;
 	char parent[STORE_ID_SIZE];
@@ -59,8 +59,8 @@ enum tw_status resource_respond_delete(struct api_call *call, enum resource_kind
 	if (status == TW_OK)
 		status = resource_find(call, kind, &resource, error);
 	if (status == TW_OK)
-		status = resource_delete(call->store, kind, resource.id, dependents && !strcmp(dependents, "true"),
-					 error);
+		status = resource_delete(call->store, call->caller.owner.tenant, kind, resource.id,
+					 dependents && !strcmp(dependents, "true"), error);
 	if (status == TW_OK) {
 		call_job_asked(call);
 		response_empty(&call->response, 204);
@@ -86,7 +86,7 @@ enum tw_status resource_respond_list(struct api_call *call, enum resource_kind k
 				     const char *filter, struct tw_error *error)
 {
 	const char *const known[] = {"state", "limit", "cursor", filter, NULL};
-	struct resource_query query = {.kind = kind, .needs = needs};
+	struct resource_query query = {.tenant = call->caller.owner.tenant, .kind = kind, .needs = needs};
 	if (filter)
 		query.needs = query_get(&call->query, filter);
 	struct resource_page page = {0};
@@ -165,7 +165,8 @@ enum tw_status resource_respond_create(struct api_call *call, const struct resou
 enum tw_status resource_respond_awaited(struct api_call *call, struct tw_error *error)
 {
 	struct resource resource = {0};
-	enum tw_status status = resource_get(call->store, call->wait.kind, call->wait.resource_id, &resource, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, call->wait.kind,
+					     call->wait.resource_id, &resource, error);
 	if (status == TW_OK)
 		status = respond_created(call, &resource, error);
 	resource_clear(&resource);

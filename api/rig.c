@@ -70,7 +70,7 @@ enum tw_status post_recording(struct api_call *call, struct tw_error *error)
 {
 	json_t *body = NULL;
 	char *options = NULL;
-	struct resource_draft draft = {.kind = RESOURCE_RECORDING};
+	struct resource_draft draft = {.owner = call->caller.owner, .kind = RESOURCE_RECORDING};
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
 		status = option_json_parse(&body, call->body, call->body_size, error);
@@ -102,8 +102,8 @@ enum tw_status delete_recording(struct api_call *call, struct tw_error *error)
 static enum tw_status check_recording_exists(struct api_call *call, struct tw_error *error)
 {
 	struct resource recording = {0};
-	enum tw_status status =
-		resource_get(call->store, RESOURCE_RECORDING, call->match.parameters[0], &recording, error);
+	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, RESOURCE_RECORDING,
+					     call->match.parameters[0], &recording, error);
 	resource_clear(&recording);
 	return status;
 }

@@ -9,8 +9,8 @@
 static enum tw_status begin_upload(struct body_upload *body, const char *part, const char *file_name,
 				   const char *media_type, struct tw_error *error)
 {
-	enum tw_status status =
-		upload_begin(&body->open, body->store, part, file_name, media_type, body->limit - body->taken, error);
+	enum tw_status status = upload_begin(&body->open, body->store, body->owner, part, file_name, media_type,
+					     body->limit - body->taken, error);
 	if (status != TW_OK)
 		return status;
 	size_t i = body->count++;
@@ -90,10 +90,11 @@ static enum tw_status refuse_media_type(const char *media_type, struct tw_error 
 		       media_type);
 }
 
-enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
-				const char *content_type, const char *file_name, uint64_t limit, struct tw_error *error)
+enum tw_status body_upload_init(struct body_upload *body, struct store *store, struct owner owner,
+				const char *const *parts, const char *content_type, const char *file_name,
+				uint64_t limit, struct tw_error *error)
 {
-	*body = (struct body_upload){.store = store, .parts = parts, .limit = limit};
+	*body = (struct body_upload){.store = store, .owner = owner, .parts = parts, .limit = limit};
 	char media_type[BLOB_NAME_SIZE];
 	if (!content_type)
 		return refuse_media_type("no media type", error);
@@ -129,26 +130,26 @@ void body_upload_use(struct body_upload *body, struct store *store)
 		upload_use(body->open, store);
 }
 
-enum tw_status body_upload_append(struct body_upload *body, struct store *store, const char *id, uint64_t offset,
-				  bool completes, uint64_t limit, struct tw_error *error)
+enum tw_status body_upload_append(struct body_upload *body, struct store *store, int64_t tenant, const char *id,
+				  uint64_t offset, bool completes, uint64_t limit, struct tw_error *error)
 {
 	uint64_t stands_at = 0;
 	*body = (struct body_upload){.store = store, .limit = limit, .appends = true, .completes = completes};
-	enum tw_status status = upload_resume(&body->open, store, id, limit, &stands_at, error);
+	enum tw_status status = upload_resume(&body->open, store, tenant, id, limit, &stands_at, error);
 	if (status == TW_OK && stands_at != offset)
 		status = tw_fail(error, TW_ERROR_CONFLICT, "upload-offset", "Upload-Offset",
 				 "the upload stands at byte %llu; go on from there", (unsigned long long)stands_at);
 	return status;
 }
 
-enum tw_status body_upload_take(struct body_upload *body, struct store *store, const char *part, const char *id,
-				struct tw_error *error)
+enum tw_status body_upload_take(struct body_upload *body, struct store *store, int64_t tenant, const char *part,
+				const char *id, struct tw_error *error)
 {
 	struct blob blob;
 	bool sealed = false;
 	body->store = store;
 	body->named = true;
-	enum tw_status status = upload_find(store, id, &blob, &sealed, error);
+	enum tw_status status = upload_find(store, tenant, id, &blob, &sealed, error);
 	if (status == TW_ERROR_NOT_FOUND)
 		return tw_fail(error, TW_ERROR_INPUT, "no-such-upload", part,
 			       "there is no such upload; make it with POST /v1/uploads");
@@ -206,7 +207,7 @@ void body_upload_clear(struct body_upload *body)
 	upload_free(body->open);
 	/* Where discarding fails, the store's sweep does it later. What the client named stays the client's. */
 	for (size_t i = 0; i < body->count && !body->named; i++)
-		if (upload_discard(body->store, body->ids[i], NULL) != TW_OK)
+		if (upload_discard(body->store, body->owner.tenant, body->ids[i], NULL) != TW_OK)
 			continue;
 	*body = (struct body_upload){0};
 }

@@ -10,6 +10,7 @@
 
 struct body_upload {
 	struct store *store;      /* borrowed */
+	struct owner owner;       /* who sends it */
 	const char *const *parts; /* allowed names, borrowed, NULL-terminated; the first is what a raw body is */
 	uint64_t limit;           /* bytes of all parts together */
 	uint64_t taken;
@@ -28,19 +29,19 @@ struct body_upload {
 
 /* Goes on with the client's upload `id` at `offset`; `completes`: with this body it ends. TW_ERROR_CONFLICT
  * "upload-offset" when it stands elsewhere (the text says where), and what storage fails with. */
-enum tw_status body_upload_append(struct body_upload *body, struct store *store, const char *id, uint64_t offset,
-				  bool completes, uint64_t limit, struct tw_error *error) TW_NODISCARD;
+enum tw_status body_upload_append(struct body_upload *body, struct store *store, int64_t tenant, const char *id,
+				  uint64_t offset, bool completes, uint64_t limit, struct tw_error *error) TW_NODISCARD;
 
 /* Takes a complete upload of the client's as a part, instead of a body. TW_ERROR_INPUT "no-such-upload" |
  * "upload-not-sealed" | "upload-part". */
-enum tw_status body_upload_take(struct body_upload *body, struct store *store, const char *part, const char *id,
-				struct tw_error *error) TW_NODISCARD;
+enum tw_status body_upload_take(struct body_upload *body, struct store *store, int64_t tenant, const char *part,
+				const char *id, struct tw_error *error) TW_NODISCARD;
 
 /* Begins; writes nothing yet. `content_type` may be NULL: none was sent, which is refused. `file_name`: of a raw body,
  * may be NULL. Fails with "unsupported-media-type", "malformed-header", and what storage fails with. */
-enum tw_status body_upload_init(struct body_upload *body, struct store *store, const char *const *parts,
-				const char *content_type, const char *file_name, uint64_t limit,
-				struct tw_error *error) TW_NODISCARD;
+enum tw_status body_upload_init(struct body_upload *body, struct store *store, struct owner owner,
+				const char *const *parts, const char *content_type, const char *file_name,
+				uint64_t limit, struct tw_error *error) TW_NODISCARD;
 enum tw_status body_upload_write(struct body_upload *body, const void *bytes, size_t size,
 				 struct tw_error *error) TW_NODISCARD;
 

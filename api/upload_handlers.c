@@ -11,7 +11,7 @@ static enum tw_status respond_upload(struct api_call *call, const char *id, unsi
 {
 	struct blob blob;
 	bool sealed = false;
-	enum tw_status found = upload_find(call->store, id, &blob, &sealed, error);
+	enum tw_status found = upload_find(call->store, call->caller.owner.tenant, id, &blob, &sealed, error);
 	if (found)
 		return found;
 	char path[64];
@@ -54,7 +54,7 @@ enum tw_status post_upload(struct api_call *call, struct tw_error *error)
 		status = query_name(&call->query, &name, error);
 	if (status != TW_OK)
 		return status;
-	status = upload_begin(&upload, call->store, part, name, "application/octet-stream",
+	status = upload_begin(&upload, call->store, call->caller.owner, part, name, "application/octet-stream",
 			      call->settings->upload_limit_bytes, error);
 	if (status == TW_OK)
 		snprintf(id, sizeof id, "%s", upload_id(upload));
@@ -79,7 +79,7 @@ enum tw_status delete_upload(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
-		status = upload_discard(call->store, call->match.parameters[0], error);
+		status = upload_discard(call->store, call->caller.owner.tenant, call->match.parameters[0], error);
 	if (status == TW_OK)
 		response_empty(&call->response, 204);
 	return status;

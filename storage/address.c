@@ -35,14 +35,15 @@ static void add_file_type(struct content_hasher *hasher, const char *file_name, 
 	add_text(hasher, ending[0] ? ending : media_type);
 }
 
-static enum tw_status add_upload(struct store *store, struct content_hasher *hasher, const char *id,
+static enum tw_status add_upload(struct store *store, struct content_hasher *hasher, int64_t tenant, const char *id,
 				 struct tw_error *error)
 {
 	size_t hash_size = 0;
 	bool used = false;
 	struct sql q = sql_query(store, "SELECT hash, name, file_name, media_type, resource IS NOT NULL FROM blob"
-					" WHERE upload = ?");
+					" WHERE upload = ? AND tenant = ?");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	if (found) {
 		const void *hash = sql_bytes(&q, &hash_size);
@@ -80,17 +81,36 @@ enum tw_status address_fingerprint(struct store *store, const struct resource_dr
 		add_text(&hasher, draft->needs[i]);
 	add_text(&hasher, "uploads");
 	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++)
-		status = add_upload(store, &hasher, draft->uploads[i], error);
+		status = add_upload(store, &hasher, draft->owner.tenant, draft->uploads[i], error);
 	*fingerprint = content_hasher_end(&hasher);
 	return status;
 }
 
-struct content_hash address_of(const struct resource_draft *draft, const struct content_hash *fingerprint)
+static enum tw_status add_salt(struct store *store, struct content_hasher *hasher, int64_t tenant,
+			       struct tw_error *error)
+{
+	size_t size = 0;
+	struct sql q = sql_query(store, "SELECT salt FROM tenant WHERE number = ? AND name IS NOT NULL");
+	sql_bind_int(&q, tenant);
+	bool found = sql_step(&q);
+	if (found) {
+		const void *salt = sql_bytes(&q, &size);
+		add_bytes(hasher, salt, size);
+	}
+	enum tw_status status = sql_end(&q, error);
+	if (status == TW_OK && !found)
+		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-tenant", NULL, "the tenant has been deleted");
+	return status;
+}
+
+enum tw_status address_of(struct store *store, const struct resource_draft *draft,
+			  const struct content_hash *fingerprint, struct content_hash *address, struct tw_error *error)
 {
 	struct content_hasher hasher;
 	content_hasher_init(&hasher);
-	add_text(&hasher, draft->tenant ? draft->tenant : STORE_TENANT_DEFAULT);
+	enum tw_status status = add_salt(store, &hasher, draft->owner.tenant, error);
 	add_number(&hasher, resource_kind_row(draft->kind)->version);
 	content_hasher_add(&hasher, fingerprint->bytes, sizeof fingerprint->bytes);
-	return content_hasher_end(&hasher);
+	*address = content_hasher_end(&hasher);
+	return status;
 }

@@ -11,7 +11,10 @@
 enum tw_status address_fingerprint(struct store *store, const struct resource_draft *draft,
 				   struct content_hash *fingerprint, struct tw_error *error) TW_NODISCARD;
 
-/* The content address: of the fingerprint, who asked, and the computation version of the kind. */
-struct content_hash address_of(const struct resource_draft *draft, const struct content_hash *fingerprint);
+/* The content address: of the fingerprint, the tenant's salt, and the computation version of the kind.
+ * TW_ERROR_NOT_FOUND "no-such-tenant", also while its data are being deleted. */
+enum tw_status address_of(struct store *store, const struct resource_draft *draft,
+			  const struct content_hash *fingerprint, struct content_hash *address,
+			  struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -49,7 +49,9 @@ static enum tw_status insert_row(struct store *store, int64_t resource, struct b
 	id_random(id, "staged");
 	struct sql q =
 		sql_query(store, "INSERT INTO blob(resource, upload, role, name, media_type, type, columns, rows,"
-				 " size, touched_ms) VALUES (nullif(?, 0), ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+				 " size, touched_ms, tenant, client) VALUES (nullif(?1, 0), ?2, ?3, ?4, ?5, ?6, ?7,"
+				 " ?8, ?9, ?10, coalesce((SELECT tenant FROM resource WHERE number = ?1), 0),"
+				 " coalesce((SELECT client FROM resource WHERE number = ?1), 0))");
 	sql_bind_int(&q, resource);
 	sql_bind_text(&q, resource ? NULL : id);
 	sql_bind_int(&q, blob->role);
@@ -118,7 +120,8 @@ enum tw_status chunk_stage_blob(struct store *store, struct blob *blob, const vo
 enum tw_status chunk_adopt(struct store *store, int64_t resource, int64_t blob, struct tw_error *error)
 {
 	int64_t adopted = 0;
-	struct sql q = sql_query(store, "UPDATE blob SET resource = ?, upload = NULL WHERE number = ?"
+	struct sql q = sql_query(store, "UPDATE blob SET resource = ?1, upload = NULL, " CHUNK_OWNED_BY_RESOURCE
+					" WHERE number = ?2"
 					" AND resource IS NULL AND upload IS NOT NULL");
 	sql_bind_int(&q, resource);
 	sql_bind_int(&q, blob);

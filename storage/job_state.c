@@ -69,13 +69,16 @@ static enum tw_status fail_dependents(struct store *store, int64_t job, struct t
 
 /* --- into the queue --------------------------------------------------------------------------------------------- */
 
-enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kind kind, int32_t priority,
-			     uint32_t attempts_max, struct tw_error *error)
+enum tw_status job_state_add(struct store *store, struct owner owner, int64_t resource, enum job_kind kind,
+			     int32_t priority, uint32_t attempts_max, struct tw_error *error)
 {
 	char id[STORE_ID_SIZE];
 	id_random(id, "job");
-	struct sql q = sql_query(store, "INSERT INTO job(id, resource, kind, state, priority, attempts_max,"
-					" room_bytes, created_ms) VALUES (?, ?, ?, " SQL_QUEUED ", ?, ?, ?, ?)");
+	struct sql q = sql_query(store, "INSERT INTO job(tenant, client, id, resource, kind, state, priority,"
+					" attempts_max, room_bytes, created_ms)"
+					" VALUES (?, ?, ?, ?, ?, " SQL_QUEUED ", ?, ?, ?, ?)");
+	sql_bind_int(&q, owner.tenant);
+	sql_bind_int(&q, owner.client);
 	sql_bind_text(&q, id);
 	if (resource)
 		sql_bind_int(&q, resource);

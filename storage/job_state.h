@@ -4,6 +4,7 @@
 #define STORAGE_JOB_STATE_H
 
 #include "storage/job.h"
+#include "storage/tenant.h"
 
 #include <assert.h>
 
@@ -43,8 +44,8 @@ enum job_blame {
 
 /* A new job of the resource that has this number, or of none where it is 0; queued, and waiting for what the resource
  * is made from. */
-enum tw_status job_state_add(struct store *store, int64_t resource, enum job_kind kind, int32_t priority,
-			     uint32_t attempts_max, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_state_add(struct store *store, struct owner owner, int64_t resource, enum job_kind kind,
+			     int32_t priority, uint32_t attempts_max, struct tw_error *error) TW_NODISCARD;
 
 /* What the result of the resource's job will take: as usual for its kind, and as much again as its uploads and the
  * arrays of the first that it is made from, because it has an array for each of theirs or keeps them in another form.

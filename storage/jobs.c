@@ -10,12 +10,13 @@ static enum tw_status no_such_job(const char *id, struct tw_error *error)
 	return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-job", NULL, "there is no job %.64s", id);
 }
 
-enum tw_status job_get(struct store *store, const char *id, struct job *job, struct tw_error *error)
+enum tw_status job_get(struct store *store, int64_t tenant, const char *id, struct job *job, struct tw_error *error)
 {
 	struct sql q =
 		sql_query(store, "SELECT " ROW_JOB_COLUMNS " FROM job j LEFT JOIN resource r ON r.number = j.resource"
-				 " WHERE j.id = ?");
+				 " WHERE j.id = ?1 AND (?2 = -1 OR j.tenant = ?2)");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	if (found)
 		row_read_job(&q, job);
@@ -43,11 +44,12 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struc
 }
 
 /* The part of the list that is of one kind and state. */
-static enum tw_status list_part(struct store *store, enum job_kind kind, enum job_state state, int64_t cursor,
-				struct row_numbers *list, struct tw_error *error)
+static enum tw_status list_part(struct store *store, int64_t tenant, enum job_kind kind, enum job_state state,
+				int64_t cursor, struct row_numbers *list, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_kind WHERE kind = ? AND state = ?"
-					" AND number < ? ORDER BY number DESC LIMIT ?");
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_kind WHERE tenant = ? AND kind = ?"
+					" AND state = ? AND number < ? ORDER BY number DESC LIMIT ?");
+	sql_bind_int(&q, tenant);
 	sql_bind_int(&q, kind);
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, cursor);
@@ -55,11 +57,12 @@ static enum tw_status list_part(struct store *store, enum job_kind kind, enum jo
 	return row_merge(list, &q, error);
 }
 
-static enum tw_status list_state(struct store *store, enum job_state state, int64_t cursor, struct row_numbers *list,
-				 struct tw_error *error)
+static enum tw_status list_state(struct store *store, int64_t tenant, enum job_state state, int64_t cursor,
+				 struct row_numbers *list, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE state = ? AND number < ?"
-					" ORDER BY number DESC LIMIT ?");
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE tenant = ? AND state = ?"
+					" AND number < ? ORDER BY number DESC LIMIT ?");
+	sql_bind_int(&q, tenant);
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, cursor);
 	sql_bind_int(&q, (int64_t)list->limit);
@@ -69,15 +72,17 @@ static enum tw_status list_state(struct store *store, enum job_state state, int6
 static enum tw_status list_problem(struct store *store, const struct job_query *query, int64_t cursor,
 				   struct row_numbers *list, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_problem"
-					" WHERE failure_type = ?1 AND failure_type <> '' AND number < ?2"
-					" AND (?3 = 0 OR ?3 >> kind & 1 = 1) AND (?4 = 0 OR ?4 >> state & 1 = 1)"
-					" ORDER BY number DESC LIMIT ?5");
+	struct sql q =
+		sql_query(store, "SELECT number FROM job INDEXED BY job_by_problem"
+				 " WHERE tenant = ?6 AND failure_type = ?1 AND failure_type <> '' AND number < ?2"
+				 " AND (?3 = 0 OR ?3 >> kind & 1 = 1) AND (?4 = 0 OR ?4 >> state & 1 = 1)"
+				 " ORDER BY number DESC LIMIT ?5");
 	sql_bind_text(&q, query->failure_type);
 	sql_bind_int(&q, cursor);
 	sql_bind_int(&q, query->kinds);
 	sql_bind_int(&q, query->states);
 	sql_bind_int(&q, (int64_t)list->limit);
+	sql_bind_int(&q, query->tenant);
 	return row_merge(list, &q, error);
 }
 
@@ -92,10 +97,10 @@ static enum tw_status list_numbers(struct store *store, const struct job_query *
 		if (query->states && !(query->states >> state & 1))
 			continue;
 		if (!query->kinds)
-			status = list_state(store, state, cursor, list, error);
+			status = list_state(store, query->tenant, state, cursor, list, error);
 		for (enum job_kind kind = 0; status == TW_OK && kind < JOB_KINDS; kind++)
 			if (query->kinds >> kind & 1)
-				status = list_part(store, kind, state, cursor, list, error);
+				status = list_part(store, query->tenant, kind, state, cursor, list, error);
 	}
 	return status;
 }
@@ -167,11 +172,12 @@ enum tw_status job_count(struct store *store, struct job_counts *counts, struct 
 }
 
 /* A job by id, as far as cancelling and redriving have to know it. */
-static enum tw_status find_job(struct store *store, const char *id, int64_t *number, enum job_state *state,
-			       struct tw_error *error)
+static enum tw_status find_job(struct store *store, int64_t tenant, const char *id, int64_t *number,
+			       enum job_state *state, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number, state FROM job WHERE id = ?");
+	struct sql q = sql_query(store, "SELECT number, state FROM job WHERE id = ? AND tenant = ?");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	if (found) {
 		*number = sql_int(&q);
@@ -181,10 +187,11 @@ static enum tw_status find_job(struct store *store, const char *id, int64_t *num
 	return status == TW_OK && !found ? no_such_job(id, error) : status;
 }
 
-static enum tw_status cancel_one(struct store *store, const char *id, enum job_state *state, struct tw_error *error)
+static enum tw_status cancel_one(struct store *store, int64_t tenant, const char *id, enum job_state *state,
+				 struct tw_error *error)
 {
 	int64_t number = 0;
-	enum tw_status status = find_job(store, id, &number, state, error);
+	enum tw_status status = find_job(store, tenant, id, &number, state, error);
 	if (status != TW_OK)
 		return status;
 	if (job_state_is_final(*state))
@@ -197,20 +204,21 @@ static enum tw_status cancel_one(struct store *store, const char *id, enum job_s
 	return job_state_end(store, number, JOB_CANCELLED, NULL, error);
 }
 
-enum tw_status job_cancel(struct store *store, const char *id, enum job_state *state, struct tw_error *error)
+enum tw_status job_cancel(struct store *store, int64_t tenant, const char *id, enum job_state *state,
+			  struct tw_error *error)
 {
 	enum tw_status status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
-	status = cancel_one(store, id, state, error);
+	status = cancel_one(store, tenant, id, state, error);
 	return transaction_end(store, status, error);
 }
 
-static enum tw_status redrive_one(struct store *store, const char *id, struct tw_error *error)
+static enum tw_status redrive_one(struct store *store, int64_t tenant, const char *id, struct tw_error *error)
 {
 	int64_t number = 0;
 	enum job_state state = JOB_QUEUED;
-	enum tw_status status = find_job(store, id, &number, &state, error);
+	enum tw_status status = find_job(store, tenant, id, &number, &state, error);
 	if (status != TW_OK)
 		return status;
 	if (state != JOB_FAILED && state != JOB_CANCELLED)
@@ -220,11 +228,11 @@ static enum tw_status redrive_one(struct store *store, const char *id, struct tw
 	return job_state_redrive(store, number, error);
 }
 
-enum tw_status job_redrive(struct store *store, const char *id, struct tw_error *error)
+enum tw_status job_redrive(struct store *store, int64_t tenant, const char *id, struct tw_error *error)
 {
 	enum tw_status status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
-	status = redrive_one(store, id, error);
+	status = redrive_one(store, tenant, id, error);
 	return transaction_end(store, status, error);
 }

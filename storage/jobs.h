@@ -3,12 +3,15 @@
 #define STORAGE_JOBS_H
 
 #include "storage/job.h"
+#include "storage/tenant.h"
 
-/* TW_ERROR_NOT_FOUND "no-such-job". */
-enum tw_status job_get(struct store *store, const char *id, struct job *job, struct tw_error *error) TW_NODISCARD;
+/* TW_ERROR_NOT_FOUND "no-such-job"; also when it is another tenant's. */
+enum tw_status job_get(struct store *store, int64_t tenant, const char *id, struct job *job,
+		       struct tw_error *error) TW_NODISCARD;
 
 /* Newest first. Pages do not shift when jobs are added while a client turns them. */
 struct job_query {
+	int64_t tenant;           /* not TENANT_ANY */
 	unsigned kinds;           /* JOB_KIND_BIT…; 0 for all */
 	unsigned states;          /* 1u << state…; 0 for all */
 	const char *failure_type; /* only those that failed with it, "store-full"; NULL for all */
@@ -26,12 +29,12 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 
 /* A queued job is cancelled at once; a running one is asked. `*state` is the state after the call. TW_ERROR_CONFLICT
  * "job-finished" where it had ended. */
-enum tw_status job_cancel(struct store *store, const char *id, enum job_state *state,
+enum tw_status job_cancel(struct store *store, int64_t tenant, const char *id, enum job_state *state,
 			  struct tw_error *error) TW_NODISCARD;
 
 /* Puts a failed or cancelled job back into the queue with fresh attempts, together with those failed or cancelled jobs
  * whose resources it needs. TW_ERROR_CONFLICT "job-not-failed". */
-enum tw_status job_redrive(struct store *store, const char *id, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_redrive(struct store *store, int64_t tenant, const char *id, struct tw_error *error) TW_NODISCARD;
 
 /* Jobs by state, for metrics and readiness; `oldest_ms`: age of the oldest that could be claimed now, 0 if none. */
 struct job_counts {

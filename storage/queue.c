@@ -229,7 +229,7 @@ static enum tw_status finish(struct store *store, const struct job_ticket *ticke
 	if (status == TW_OK && run.cancel_requested)
 		return job_state_end(store, run.number, JOB_CANCELLED, NULL, error);
 	if (status == TW_OK && ticket->resource_id[0])
-		status = row_find_resource(store, ticket->resource_id, &resource, error);
+		status = row_find_resource(store, TENANT_ANY, ticket->resource_id, &resource, error);
 	if (status == TW_OK && resource)
 		status = result_write(store, resource, version_of(ticket), draft, error);
 	if (status != TW_OK)
@@ -352,4 +352,22 @@ enum tw_status job_abandon(struct store *store, const char *worker, bool crashed
 		return status;
 	status = abandon(store, worker, crashed, error);
 	return transaction_end(store, status, error);
+}
+
+static void read_job(struct sql *q, void *job)
+{
+	row_read_job(q, job);
+}
+
+enum tw_status job_list_running(struct store *store, struct job_page *page, struct tw_error *error)
+{
+	struct row_page read;
+	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS " FROM job j INDEXED BY job_leased"
+					" LEFT JOIN resource r ON r.number = j.resource WHERE j.state = " SQL_RUNNING
+					" ORDER BY j.lease_until_ms LIMIT 1000");
+	enum tw_status status = row_read_page(&q, 1000, sizeof *page->jobs, read_job, &read, error);
+	*page = (struct job_page){read.rows, read.count, 0};
+	if (status != TW_OK)
+		job_page_clear(page);
+	return status;
 }

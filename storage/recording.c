@@ -161,7 +161,7 @@ static enum tw_status begin(struct store *store, const struct job_ticket *ticket
 	int64_t resource = 0;
 	enum tw_status status = job_state_check(store, ticket, &run, error);
 	if (status == TW_OK)
-		status = row_find_resource(store, ticket->resource_id, &resource, error);
+		status = row_find_resource(store, TENANT_ANY, ticket->resource_id, &resource, error);
 	if (status == TW_OK)
 		status = get_course(store, resource, course, resumed, error);
 	if (status != TW_OK || *resumed)
@@ -188,7 +188,7 @@ enum tw_status recording_find_course(struct store *store, const char *resource_i
 {
 	int64_t resource = 0;
 	*found = false;
-	enum tw_status status = row_find_resource(store, resource_id, &resource, error);
+	enum tw_status status = row_find_resource(store, TENANT_ANY, resource_id, &resource, error);
 	return status == TW_OK ? get_course(store, resource, course, found, error) : status;
 }
 
@@ -213,7 +213,7 @@ static enum tw_status append(struct store *store, const struct job_ticket *ticke
 	int64_t resource = 0;
 	enum tw_status status = job_state_renew(store, ticket, progress, NULL, NULL, cancel, error);
 	if (status == TW_OK)
-		status = row_find_resource(store, ticket->resource_id, &resource, error);
+		status = row_find_resource(store, TENANT_ANY, ticket->resource_id, &resource, error);
 	if (status == TW_OK)
 		status = put_course(store, resource, course, error);
 	while (status == TW_OK && count) {
@@ -263,7 +263,7 @@ enum tw_status recording_read(struct store *store, const char *resource_id, uint
 	int64_t resource = 0;
 	size_t part = 1;
 	*got = 0;
-	enum tw_status status = row_find_resource(store, resource_id, &resource, error);
+	enum tw_status status = row_find_resource(store, TENANT_ANY, resource_id, &resource, error);
 	while (status == TW_OK && part && *got < limit) {
 		status = read_batch(store, resource, first + *got, samples + *got, limit - *got, &part, error);
 		*got += part;
@@ -278,7 +278,7 @@ enum tw_status recording_extent(struct store *store, const char *resource_id, st
 	struct rig_sample sample;
 	size_t got = 0;
 	memset(extent, 0, sizeof *extent);
-	enum tw_status status = row_find_resource(store, resource_id, &resource, error);
+	enum tw_status status = row_find_resource(store, TENANT_ANY, resource_id, &resource, error);
 	if (status != TW_OK)
 		return status;
 	struct sql q =

@@ -13,16 +13,17 @@ static enum tw_status find_some(struct store *store, const struct redrive_query 
 	*count = 0;
 	struct sql q = query->failure_type
 			       ? sql_query(store, "SELECT number FROM job INDEXED BY job_by_problem"
-						  " WHERE failure_type = ?5 AND failure_type <> '' AND state = ?1"
-						  " AND number > ?2 AND (?3 = 0 OR ?3 >> kind & 1 = 1)"
+						  " WHERE tenant = ?5 AND failure_type = ?6 AND failure_type <> ''"
+						  " AND state = ?1 AND number > ?2 AND (?3 = 0 OR ?3 >> kind & 1 = 1)"
 						  " ORDER BY number LIMIT ?4")
-			       : sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE state = ?1"
-						  " AND number > ?2 AND (?3 = 0 OR ?3 >> kind & 1 = 1)"
+			       : sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE tenant = ?5"
+						  " AND state = ?1 AND number > ?2 AND (?3 = 0 OR ?3 >> kind & 1 = 1)"
 						  " ORDER BY number LIMIT ?4");
 	sql_bind_int(&q, query->state);
 	sql_bind_int(&q, after);
 	sql_bind_int(&q, query->kinds);
 	sql_bind_int(&q, STEP_JOBS);
+	sql_bind_int(&q, query->tenant);
 	if (query->failure_type)
 		sql_bind_text(&q, query->failure_type);
 	while (sql_step(&q))

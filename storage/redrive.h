@@ -3,8 +3,10 @@
 #define STORAGE_REDRIVE_H
 
 #include "storage/job.h"
+#include "storage/tenant.h"
 
 struct redrive_query {
+	int64_t tenant;           /* not TENANT_ANY */
 	unsigned kinds;           /* JOB_KIND_BIT…; 0 for all */
 	enum job_state state;     /* JOB_FAILED or JOB_CANCELLED */
 	const char *failure_type; /* only those that failed with it, "store-full"; NULL for all */

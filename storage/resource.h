@@ -2,7 +2,7 @@
  * nobody here reads), what it was made from (uploads, other resources), what came out (a summary, arrays, artifacts),
  * and the job that makes it, whose state is the resource's state.
  *
- * Meshes, motions and fields are addressed by content: their id is a hash of their tenant, their kind and its
+ * Meshes, motions and fields are addressed by content: their id is a hash of their tenant's salt, their kind and its
  * computation version, their uploads' bytes and file types, their options, what they need in the given order, and for a
  * motion its name. Asking for the same again gives the same resource and no work, until a release computes it
  * differently. Layouts and recordings get a random id; an idempotency key makes asking twice safe. */
@@ -10,12 +10,11 @@
 #define STORAGE_RESOURCE_H
 
 #include "storage/job.h"
-
-/* The tenant of everybody, as long as keys have none of their own. */
-#define STORE_TENANT_DEFAULT "default"
+#include "storage/tenant.h"
 
 struct resource {
 	char id[STORE_ID_SIZE];
+	struct owner owner;
 	enum resource_kind kind;
 	uint32_t version; /* the computation version that made it, or, before that, the one that asked */
 	char *name;       /* owned, UTF-8; "" where none was given */
@@ -38,7 +37,7 @@ void resource_page_clear(struct resource_page *page);
 /* All borrowed. */
 struct resource_draft {
 	enum resource_kind kind;
-	const char *tenant;  /* whose it is; NULL for STORE_TENANT_DEFAULT */
+	struct owner owner;
 	const char *name;    /* may be NULL */
 	const char *options; /* JSON object in canonical form; NULL means {} */
 	/* What tells whether a request under an idempotency key is the same: in the form that every release has given

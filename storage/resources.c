@@ -15,14 +15,15 @@ enum { ATTEMPTS_DEFAULT = 3 };
 
 /* --- reading ---------------------------------------------------------------------------------------------------- */
 
-static enum tw_status read_by_id(struct store *store, int kind, const char *id, struct resource *resource,
-				 struct tw_error *error)
+static enum tw_status read_by_id(struct store *store, int64_t tenant, int kind, const char *id,
+				 struct resource *resource, struct tw_error *error)
 {
 	struct sql q =
 		sql_query(store, "SELECT " ROW_RESOURCE_COLUMNS " FROM resource r JOIN job j ON j.resource = r.number"
-				 " WHERE r.id = ?1 AND (?2 < 0 OR r.kind = ?2)");
+				 " WHERE r.id = ?1 AND (?2 < 0 OR r.kind = ?2) AND (?3 = -1 OR r.tenant = ?3)");
 	sql_bind_text(&q, id);
 	sql_bind_int(&q, kind);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	if (found)
 		row_read_resource(&q, resource);
@@ -35,10 +36,10 @@ static enum tw_status read_by_id(struct store *store, int kind, const char *id, 
 	return status;
 }
 
-enum tw_status resource_get(struct store *store, enum resource_kind kind, const char *id, struct resource *resource,
-			    struct tw_error *error)
+enum tw_status resource_get(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,
+			    struct resource *resource, struct tw_error *error)
 {
-	return read_by_id(store, (int)kind, id, resource, error);
+	return read_by_id(store, tenant, (int)kind, id, resource, error);
 }
 
 static void read_resource(struct sql *q, void *resource)
@@ -49,9 +50,9 @@ static void read_resource(struct sql *q, void *resource)
 static enum tw_status list_state(struct store *store, const struct resource_query *query, enum job_state state,
 				 struct row_numbers *list, struct tw_error *error)
 {
-	struct sql q =
-		sql_query(store, "SELECT resource FROM job INDEXED BY job_by_resource_kind WHERE kind = ? AND state = ?"
-				 " AND resource < ? ORDER BY resource DESC LIMIT ?");
+	struct sql q = sql_query(store, "SELECT resource FROM job INDEXED BY job_by_resource_kind WHERE tenant = ?"
+					" AND kind = ? AND state = ? AND resource < ? ORDER BY resource DESC LIMIT ?");
+	sql_bind_int(&q, query->tenant);
 	sql_bind_int(&q, resource_kind_row(query->kind)->job);
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
@@ -63,15 +64,17 @@ static enum tw_status list_state(struct store *store, const struct resource_quer
 static enum tw_status list_needing(struct store *store, const struct resource_query *query, struct row_numbers *list,
 				   struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT DISTINCT n.resource FROM need n JOIN job j ON j.resource = n.resource"
-					" WHERE n.needed = (SELECT number FROM resource WHERE id = ?1)"
-					" AND n.resource < ?2 AND j.kind = ?3 AND (?4 = 0 OR ?4 >> j.state & 1)"
-					" ORDER BY n.resource DESC LIMIT ?5");
+	struct sql q = sql_query(
+		store, "SELECT DISTINCT n.resource FROM need n JOIN job j ON j.resource = n.resource"
+		       " WHERE n.needed = (SELECT number FROM resource WHERE id = ?1"
+		       " AND tenant = ?6) AND n.resource < ?2 AND j.kind = ?3 AND (?4 = 0 OR ?4 >> j.state & 1)"
+		       " ORDER BY n.resource DESC LIMIT ?5");
 	sql_bind_text(&q, query->needs);
 	sql_bind_int(&q, query->cursor > 0 ? query->cursor : INT64_MAX);
 	sql_bind_int(&q, resource_kind_row(query->kind)->job);
 	sql_bind_int(&q, query->states);
 	sql_bind_int(&q, (int64_t)list->limit);
+	sql_bind_int(&q, query->tenant);
 	return row_merge(list, &q, error);
 }
 
@@ -173,8 +176,9 @@ static enum tw_status discard_uploads(struct store *store, const struct resource
 {
 	enum tw_status status = TW_OK;
 	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
-		struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND resource IS NULL");
+		struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND tenant = ? AND resource IS NULL");
 		sql_bind_text(&q, draft->uploads[i]);
+		sql_bind_int(&q, draft->owner.tenant);
 		status = sql_run(&q, NULL, error);
 	}
 	return status;
@@ -185,9 +189,10 @@ static enum tw_status take_uploads(struct store *store, int64_t resource, const 
 {
 	enum tw_status status = TW_OK;
 	for (size_t i = 0; status == TW_OK && i < draft->upload_count; i++) {
-		struct sql q = sql_query(store, "UPDATE blob SET resource = ? WHERE upload = ?");
+		struct sql q = sql_query(store, "UPDATE blob SET resource = ? WHERE upload = ? AND tenant = ?");
 		sql_bind_int(&q, resource);
 		sql_bind_text(&q, draft->uploads[i]);
+		sql_bind_int(&q, draft->owner.tenant);
 		status = sql_run(&q, NULL, error);
 	}
 	return status;
@@ -222,7 +227,7 @@ static enum tw_status insert_needs(struct store *store, int64_t resource, const 
 {
 	for (size_t i = 0; i < draft->need_count; i++) {
 		int64_t needed;
-		enum tw_status status = row_find_resource(store, draft->needs[i], &needed, error);
+		enum tw_status status = row_find_resource(store, draft->owner.tenant, draft->needs[i], &needed, error);
 		if (status != TW_OK)
 			return status;
 		struct sql q = sql_query(store, "INSERT INTO need(resource, position, needed) VALUES (?, ?, ?)");
@@ -236,18 +241,14 @@ static enum tw_status insert_needs(struct store *store, int64_t resource, const 
 	return refuse_failed_need(store, resource, error);
 }
 
-static const char *tenant_of(const struct resource_draft *draft)
-{
-	return draft->tenant ? draft->tenant : STORE_TENANT_DEFAULT;
-}
-
 static enum tw_status insert_resource(struct store *store, const char *id, const struct resource_draft *draft,
 				      int64_t *number, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "INSERT INTO resource(id, tenant, kind, version, name, options, created_ms)"
-					" VALUES (?, ?, ?, ?, ?, ?, ?)");
+	struct sql q = sql_query(store, "INSERT INTO resource(id, tenant, client, kind, version, name, options,"
+					" created_ms) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
 	sql_bind_text(&q, id);
-	sql_bind_text(&q, tenant_of(draft));
+	sql_bind_int(&q, draft->owner.tenant);
+	sql_bind_int(&q, draft->owner.client);
 	sql_bind_int(&q, draft->kind);
 	sql_bind_int(&q, resource_kind_row(draft->kind)->version);
 	sql_bind_text(&q, draft->name ? draft->name : "");
@@ -266,8 +267,9 @@ static enum tw_status insert_all(struct store *store, const char *id, const stru
 	if (status == TW_OK)
 		status = insert_needs(store, number, draft, error);
 	if (status == TW_OK)
-		status = job_state_add(store, number, resource_kind_row(draft->kind)->job, draft->priority,
-				       draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT, error);
+		status =
+			job_state_add(store, draft->owner, number, resource_kind_row(draft->kind)->job, draft->priority,
+				      draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT, error);
 	if (status == TW_OK)
 		status = take_uploads(store, number, draft, error);
 	return status == TW_OK ? job_state_expect_room(store, number, error) : status;
@@ -280,7 +282,7 @@ static enum tw_status remember_key(struct store *store, const char *id, const st
 		return TW_OK;
 	struct sql q = sql_query(store, "INSERT INTO idempotency(tenant, kind, key, fingerprint, resource)"
 					" SELECT ?, ?, ?, ?, number FROM resource WHERE id = ? ON CONFLICT DO NOTHING");
-	sql_bind_text(&q, tenant_of(draft));
+	sql_bind_int(&q, draft->owner.tenant);
 	sql_bind_int(&q, draft->kind);
 	sql_bind_text(&q, draft->idempotency_key);
 	sql_bind_bytes(&q, fingerprint->bytes, sizeof fingerprint->bytes);
@@ -301,7 +303,7 @@ static enum tw_status find_by_key(struct store *store, const struct resource_dra
 					" JOIN resource r ON r.number = i.resource"
 					" WHERE i.tenant = ? AND i.kind = ? AND i.key = ?");
 	sql_bind_bytes(&q, fingerprint->bytes, sizeof fingerprint->bytes);
-	sql_bind_text(&q, tenant_of(draft));
+	sql_bind_int(&q, draft->owner.tenant);
 	sql_bind_int(&q, draft->kind);
 	sql_bind_text(&q, draft->idempotency_key);
 	if (sql_step(&q)) {
@@ -345,14 +347,17 @@ static enum tw_status use_again(struct store *store, const char *id, const struc
 }
 
 /* The id that a draft has by its content, or a new one. */
-static void choose_id(const struct resource_draft *draft, const struct content_hash *fingerprint,
-		      char id[STORE_ID_SIZE])
+static enum tw_status choose_id(struct store *store, const struct resource_draft *draft,
+				const struct content_hash *fingerprint, char id[STORE_ID_SIZE], struct tw_error *error)
 {
+	struct content_hash address;
 	const struct resource_kind_row *kind = resource_kind_row(draft->kind);
+	enum tw_status status = address_of(store, draft, fingerprint, &address, error);
 	if (kind->addressed)
-		id_from_bytes(id, kind->name, address_of(draft, fingerprint).bytes);
+		id_from_bytes(id, kind->name, address.bytes);
 	else
 		id_random(id, kind->name);
+	return status;
 }
 
 static enum tw_status create(struct store *store, const struct resource_draft *draft, char id[STORE_ID_SIZE],
@@ -366,8 +371,9 @@ static enum tw_status create(struct store *store, const struct resource_draft *d
 		return status;
 	bool found = id[0];
 	if (!found) {
-		choose_id(draft, &fingerprint, id);
-		status = exists(store, id, &found, error);
+		status = choose_id(store, draft, &fingerprint, id, error);
+		if (status == TW_OK)
+			status = exists(store, id, &found, error);
 	}
 	if (status != TW_OK)
 		return status;
@@ -387,7 +393,7 @@ enum tw_status resource_create(struct store *store, const struct resource_draft 
 		return status;
 	status = create(store, draft, id, outcome, error);
 	if (status == TW_OK)
-		status = read_by_id(store, (int)draft->kind, id, resource, error);
+		status = read_by_id(store, draft->owner.tenant, (int)draft->kind, id, resource, error);
 	enum tw_status ended = transaction_end(store, status, error);
 	if (status == TW_OK && ended != TW_OK)
 		resource_clear(resource);
@@ -433,13 +439,14 @@ static enum tw_status delete_with_dependents(struct store *store, int64_t resour
 	return sql_run(&q, NULL, error);
 }
 
-static enum tw_status delete_one(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
-				 struct tw_error *error)
+static enum tw_status delete_one(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,
+				 bool with_dependents, struct tw_error *error)
 {
 	int64_t number = 0;
-	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ? AND kind = ?");
+	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ? AND kind = ? AND tenant = ?");
 	sql_bind_text(&q, id);
 	sql_bind_int(&q, kind);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	if (found)
 		number = sql_int(&q);
@@ -452,12 +459,12 @@ static enum tw_status delete_one(struct store *store, enum resource_kind kind, c
 	return status == TW_OK ? delete_with_dependents(store, number, error) : status;
 }
 
-enum tw_status resource_delete(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
-			       struct tw_error *error)
+enum tw_status resource_delete(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,
+			       bool with_dependents, struct tw_error *error)
 {
 	enum tw_status status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
-	status = delete_one(store, kind, id, with_dependents, error);
+	status = delete_one(store, tenant, kind, id, with_dependents, error);
 	return transaction_end(store, status, error);
 }

@@ -12,14 +12,15 @@ enum resource_outcome {
 };
 
 /* Keeps the resource and its queued job in one durable transaction. TW_ERROR_NOT_FOUND "no-such-resource" |
- * "no-such-upload" (the id stands in the text), TW_ERROR_CONFLICT "dependency-failed" when something that it needs has
- * failed, "idempotency-key-reused" for a key that came with another request, "upload-not-sealed". */
+ * "no-such-upload" (the id stands in the text; what is another tenant's is not there), TW_ERROR_CONFLICT
+ * "dependency-failed" when something that it needs has failed, "idempotency-key-reused" for a key that came with
+ * another request, "upload-not-sealed". */
 enum tw_status resource_create(struct store *store, const struct resource_draft *draft, struct resource *resource,
 			       enum resource_outcome *outcome, struct tw_error *error) TW_NODISCARD;
 
-/* TW_ERROR_NOT_FOUND "no-such-resource"; also when it is of another kind. */
-enum tw_status resource_get(struct store *store, enum resource_kind kind, const char *id, struct resource *resource,
-			    struct tw_error *error) TW_NODISCARD;
+/* TW_ERROR_NOT_FOUND "no-such-resource"; also when it is of another kind, or another tenant's. */
+enum tw_status resource_get(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,
+			    struct resource *resource, struct tw_error *error) TW_NODISCARD;
 
 /* Whether today's release would compute it, or what makes it outdated, otherwise. */
 enum tw_status resource_is_outdated(struct store *store, const struct resource *resource, bool *outdated,
@@ -27,6 +28,7 @@ enum tw_status resource_is_outdated(struct store *store, const struct resource *
 
 /* Newest first. Pages do not shift when resources are added while a client turns them. */
 struct resource_query {
+	int64_t tenant; /* not TENANT_ANY */
 	enum resource_kind kind;
 	const char *needs; /* only those made directly from this resource ("motions of a mesh"); NULL for all */
 	unsigned states;   /* 1u << state…; 0 for all */
@@ -43,7 +45,7 @@ enum tw_status resource_needs(struct store *store, const char *id, enum resource
 /* Removes a resource with its job, uploads and results. What was made from it keeps it: TW_ERROR_CONFLICT
  * "resource-in-use", unless `with_dependents`, which removes those too. A worker that is busy with it loses its lease.
  */
-enum tw_status resource_delete(struct store *store, enum resource_kind kind, const char *id, bool with_dependents,
-			       struct tw_error *error) TW_NODISCARD;
+enum tw_status resource_delete(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,
+			       bool with_dependents, struct tw_error *error) TW_NODISCARD;
 
 #endif

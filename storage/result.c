@@ -126,7 +126,8 @@ static enum tw_status write_summary(struct store *store, int64_t resource, uint3
 static enum tw_status take_upload(struct store *store, int64_t resource, const char *upload, struct tw_error *error)
 {
 	int64_t taken = 0;
-	struct sql q = sql_query(store, "UPDATE blob SET resource = ? WHERE upload = ? AND resource IS NULL"
+	struct sql q = sql_query(store, "UPDATE blob SET resource = ?1, " CHUNK_OWNED_BY_RESOURCE
+					" WHERE upload = ?2 AND resource IS NULL"
 					" AND hash IS NOT NULL");
 	sql_bind_int(&q, resource);
 	sql_bind_text(&q, upload);

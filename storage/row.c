@@ -34,6 +34,8 @@ void row_read_resource(struct sql *q, struct resource *resource)
 {
 	memset(resource, 0, sizeof *resource);
 	sql_copy_text(q, resource->id, sizeof resource->id);
+	resource->owner.tenant = sql_int(q);
+	resource->owner.client = sql_int(q);
 	resource->kind = (enum resource_kind)sql_int(q);
 	resource->version = (uint32_t)sql_int(q);
 	resource->name = sql_own_text(q);
@@ -112,10 +114,12 @@ enum tw_status row_read_numbers(struct store *store, const struct row_numbers *l
 	return status;
 }
 
-enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number, struct tw_error *error)
+enum tw_status row_find_resource(struct store *store, int64_t tenant, const char *id, int64_t *number,
+				 struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ?");
+	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ?1 AND (?2 = -1 OR tenant = ?2)");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	*number = found ? sql_int(&q) : 0;
 	enum tw_status status = sql_end(&q, error);

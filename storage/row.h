@@ -11,7 +11,7 @@
 	" j.progress, j.stage, j.partial, j.worker, j.created_ms, j.started_ms, j.finished_ms, j.lease_until_ms,"      \
 	" j.change, j.failure_status, j.failure_type, j.failure_where, j.failure_text"
 #define ROW_RESOURCE_COLUMNS_BUT(options)                                                                              \
-	"r.id, r.kind, r.version, r.name, " options ", r.summary, r.created_ms, " ROW_JOB_COLUMNS
+	"r.id, r.tenant, r.client, r.kind, r.version, r.name, " options ", r.summary, r.created_ms, " ROW_JOB_COLUMNS
 #define ROW_RESOURCE_COLUMNS ROW_RESOURCE_COLUMNS_BUT("r.options")
 /* A page of a thousand requests of some MiB each would not fit anywhere. */
 #define ROW_RESOURCE_LIST_COLUMNS ROW_RESOURCE_COLUMNS_BUT("NULL")
@@ -53,8 +53,8 @@ enum tw_status row_read_numbers(struct store *store, const struct row_numbers *l
 /* How many rows are given where a client asks for so many. */
 uint32_t row_page_limit(uint32_t limit);
 
-/* The number of a resource by id. TW_ERROR_NOT_FOUND "no-such-resource". */
-enum tw_status row_find_resource(struct store *store, const char *id, int64_t *number,
+/* The number of a resource by id. TW_ERROR_NOT_FOUND "no-such-resource"; also when it is another tenant's. */
+enum tw_status row_find_resource(struct store *store, int64_t tenant, const char *id, int64_t *number,
 				 struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -6,6 +6,7 @@
 #include "storage/schema.h"
 
 #include "storage/connection.h"
+#include "storage/schema_parts.h"
 
 #include <stdbool.h>
 
@@ -273,9 +274,10 @@ static const char counts_and_clock[] =
 	"INSERT INTO boot VALUES (1, 0, '');"
 	"UPDATE blob SET touched_ms = 1 WHERE resource IS NULL AND touched_ms > 0;"; /* by that clock from now on */
 
-enum { TEXTS_MAX = 2 };
+enum { TEXTS_MAX = 4 };
 static const char *const migrations[SCHEMA_VERSION][TEXTS_MAX] = {
-	{resources_and_queue}, {rig}, {upload_hash_state}, {kinds, counts_and_clock}};
+	{resources_and_queue}, {rig}, {upload_hash_state}, {kinds, counts_and_clock}, {schema_tenants, schema_usage},
+};
 
 static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)
 {

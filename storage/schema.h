@@ -7,7 +7,7 @@
 
 #include <sqlite3.h>
 
-#define SCHEMA_VERSION 4
+#define SCHEMA_VERSION 5
 #define SCHEMA_APPLICATION_ID 0x74777265 /* "twre" */
 
 /* Whether the database is ours, or new; of another's nothing is changed. TW_ERROR_INPUT "store-foreign". */

@@ -64,7 +64,7 @@ static void cut(char out[BLOB_NAME_SIZE], const char *text)
 	out[size] = '\0';
 }
 
-static enum tw_status insert_upload(struct upload *upload, const char *part, const char *file_name,
+static enum tw_status insert_upload(struct upload *upload, struct owner owner, const char *part, const char *file_name,
 				    const char *media_type, struct tw_error *error)
 {
 	char names[3][BLOB_NAME_SIZE];
@@ -72,8 +72,10 @@ static enum tw_status insert_upload(struct upload *upload, const char *part, con
 	cut(names[1], file_name);
 	cut(names[2], media_type);
 	struct sql q =
-		sql_query(upload->store, "INSERT INTO blob(upload, role, name, file_name, media_type, touched_ms)"
-					 " VALUES (?, ?, ?, ?, ?, ?)");
+		sql_query(upload->store, "INSERT INTO blob(tenant, client, upload, role, name, file_name, media_type,"
+					 " touched_ms) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+	sql_bind_int(&q, owner.tenant);
+	sql_bind_int(&q, owner.client);
 	sql_bind_text(&q, upload->id);
 	sql_bind_int(&q, BLOB_UPLOAD);
 	for (int i = 0; i < 3; i++)
@@ -82,8 +84,8 @@ static enum tw_status insert_upload(struct upload *upload, const char *part, con
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status upload_begin(struct upload **upload, struct store *store, const char *part, const char *file_name,
-			    const char *media_type, uint64_t limit, struct tw_error *error)
+enum tw_status upload_begin(struct upload **upload, struct store *store, struct owner owner, const char *part,
+			    const char *file_name, const char *media_type, uint64_t limit, struct tw_error *error)
 {
 	struct upload *begun = new_upload(store, limit);
 	if (!begun)
@@ -91,7 +93,7 @@ enum tw_status upload_begin(struct upload **upload, struct store *store, const c
 	id_random(begun->id, "upload");
 	enum tw_status status = transaction_begin(store, false, error);
 	if (status == TW_OK) {
-		status = insert_upload(begun, part, file_name, media_type, error);
+		status = insert_upload(begun, owner, part, file_name, media_type, error);
 		begun->blob = sql_inserted(store);
 		status = transaction_end(store, status, error);
 	}
@@ -102,11 +104,13 @@ enum tw_status upload_begin(struct upload **upload, struct store *store, const c
 	return status;
 }
 
-enum tw_status upload_find(struct store *store, const char *id, struct blob *blob, bool *sealed, struct tw_error *error)
+enum tw_status upload_find(struct store *store, int64_t tenant, const char *id, struct blob *blob, bool *sealed,
+			   struct tw_error *error)
 {
 	struct sql q = sql_query(store, "SELECT number, name, file_name, media_type, size, hash IS NOT NULL FROM blob"
-					" WHERE upload = ? AND resource IS NULL");
+					" WHERE upload = ? AND tenant = ? AND resource IS NULL");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	if (found) {
 		*blob = (struct blob){.number = sql_int(&q), .role = BLOB_UPLOAD};
@@ -122,10 +126,12 @@ enum tw_status upload_find(struct store *store, const char *id, struct blob *blo
 	return status;
 }
 
-static enum tw_status find_upload(struct upload *upload, const char *id, struct tw_error *error)
+static enum tw_status find_upload(struct upload *upload, int64_t tenant, const char *id, struct tw_error *error)
 {
-	struct sql q = sql_query(upload->store, "SELECT number, size, hash IS NOT NULL FROM blob WHERE upload = ?");
+	struct sql q = sql_query(upload->store, "SELECT number, size, hash IS NOT NULL FROM blob"
+						" WHERE upload = ? AND tenant = ?");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	bool found = sql_step(&q);
 	bool sealed = false;
 	if (found) {
@@ -176,13 +182,13 @@ static enum tw_status take_up_hash(struct upload *upload, struct tw_error *error
 	return TW_OK;
 }
 
-enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
-			     uint64_t *offset, struct tw_error *error)
+enum tw_status upload_resume(struct upload **upload, struct store *store, int64_t tenant, const char *id,
+			     uint64_t limit, uint64_t *offset, struct tw_error *error)
 {
 	struct upload *resumed = new_upload(store, limit);
 	if (!resumed)
 		return tw_fail_memory(error);
-	enum tw_status status = find_upload(resumed, id, error);
+	enum tw_status status = find_upload(resumed, tenant, id, error);
 	if (status == TW_OK)
 		status = take_up_hash(resumed, error);
 	if (status != TW_OK) {
@@ -305,14 +311,15 @@ void upload_free(struct upload *upload)
 	free(upload);
 }
 
-enum tw_status upload_discard(struct store *store, const char *id, struct tw_error *error)
+enum tw_status upload_discard(struct store *store, int64_t tenant, const char *id, struct tw_error *error)
 {
 	int64_t dropped = 0;
 	enum tw_status status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND resource IS NULL");
+	struct sql q = sql_query(store, CHUNK_LET_GO " WHERE upload = ? AND tenant = ? AND resource IS NULL");
 	sql_bind_text(&q, id);
+	sql_bind_int(&q, tenant);
 	status = sql_run(&q, &dropped, error);
 	if (status == TW_OK && !dropped)
 		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-upload", NULL, "there is no upload %.64s", id);

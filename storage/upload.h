@@ -3,22 +3,24 @@
 #define STORAGE_UPLOAD_H
 
 #include "storage/blob.h"
+#include "storage/tenant.h"
 
 /* A blob in the making: buffers up to one chunk, and writes it in a transaction of its own. */
 struct upload;
 
 /* `part` and the names are cut to BLOB_NAME_SIZE; `limit` is the largest size in bytes that is taken. */
-enum tw_status upload_begin(struct upload **upload, struct store *store, const char *part, const char *file_name,
-			    const char *media_type, uint64_t limit, struct tw_error *error) TW_NODISCARD;
+enum tw_status upload_begin(struct upload **upload, struct store *store, struct owner owner, const char *part,
+			    const char *file_name, const char *media_type, uint64_t limit,
+			    struct tw_error *error) TW_NODISCARD;
 
 /* Takes up an upload that a client or a process left; `*offset` is the byte to go on from. TW_ERROR_NOT_FOUND
  * "no-such-upload", TW_ERROR_CONFLICT "upload-sealed". */
-enum tw_status upload_resume(struct upload **upload, struct store *store, const char *id, uint64_t limit,
-			     uint64_t *offset, struct tw_error *error) TW_NODISCARD;
+enum tw_status upload_resume(struct upload **upload, struct store *store, int64_t tenant, const char *id,
+			     uint64_t limit, uint64_t *offset, struct tw_error *error) TW_NODISCARD;
 
 /* An upload that no resource owns yet: `blob` says part, names, media type and how many bytes are kept; whole chunks,
  * unless it is sealed. TW_ERROR_NOT_FOUND "no-such-upload". */
-enum tw_status upload_find(struct store *store, const char *id, struct blob *blob, bool *sealed,
+enum tw_status upload_find(struct store *store, int64_t tenant, const char *id, struct blob *blob, bool *sealed,
 			   struct tw_error *error) TW_NODISCARD;
 
 /* Appends. TW_ERROR_LIMIT "upload-too-large". After an error the upload can only be freed. */
@@ -37,6 +39,6 @@ uint64_t upload_size(const struct upload *upload);
 void upload_free(struct upload *upload);
 
 /* Removes what was written. Uploads that a resource owns are not touched: TW_ERROR_NOT_FOUND. */
-enum tw_status upload_discard(struct store *store, const char *id, struct tw_error *error) TW_NODISCARD;
+enum tw_status upload_discard(struct store *store, int64_t tenant, const char *id, struct tw_error *error) TW_NODISCARD;
 
 #endif

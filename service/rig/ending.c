@@ -18,7 +18,7 @@ enum tw_status recording_asked(struct store *store, const char *resource_id, str
 {
 	struct resource resource;
 	static const char *const others[] = {"name", NULL};
-	enum tw_status status = resource_get(store, RESOURCE_RECORDING, resource_id, &resource, error);
+	enum tw_status status = resource_get(store, TENANT_ANY, RESOURCE_RECORDING, resource_id, &resource, error);
 	if (status != TW_OK)
 		return status;
 	json_t *asked = json_loads(resource.options, 0, NULL);

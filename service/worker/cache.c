@@ -135,7 +135,7 @@ static enum tw_status read_resource_options(struct store *store, enum resource_k
 					    struct tw_error *error)
 {
 	struct resource resource;
-	enum tw_status status = resource_get(store, kind, id, &resource, error);
+	enum tw_status status = resource_get(store, TENANT_ANY, kind, id, &resource, error);
 	if (status != TW_OK)
 		return status;
 	*version = resource.version;

@@ -80,8 +80,8 @@ static enum tw_status read_motion_names(struct layout_work *layout, struct tw_er
 		return tw_fail_memory(error);
 	for (size_t i = 0; i < layout->motion_count; i++) {
 		struct resource motion;
-		enum tw_status status =
-			resource_get(layout->work->store, RESOURCE_MOTION, layout->motion_ids[i], &motion, error);
+		enum tw_status status = resource_get(layout->work->store, TENANT_ANY, RESOURCE_MOTION,
+						     layout->motion_ids[i], &motion, error);
 		if (status != TW_OK)
 			return status;
 		layout->motion_names[i] = motion.name;

@@ -75,13 +75,15 @@ static enum tw_status pack(struct packing *packing, const struct cached_mesh *me
 static enum tw_status keep_packed(struct work *work, const struct cached_mesh *mesh, const struct motion_info *info,
 				  struct tw_error *error)
 {
+	/* No key's, so that nobody's limit stops it half way. */
+	const struct owner owner = {work->resource->owner.tenant, 0};
 	struct packing packing = {.work = work, .part_count = 1 + 2.0 * info->frame_count};
 	char *id = ARENA_ARRAY(work->arena, STORE_ID_SIZE, char);
 	if (!id)
 		return tw_fail_memory(error);
 	enum tw_status status = work_step(work, MEANS_SHARE, "packing", error);
 	if (status == TW_OK)
-		status = upload_begin(&packing.upload, work->store, "frames", "", "application/octet-stream",
+		status = upload_begin(&packing.upload, work->store, owner, "frames", "", "application/octet-stream",
 				      TW_LIMIT_UPLOAD_BYTES, error);
 	if (status == TW_OK)
 		status = pack(&packing, mesh, error);

@@ -53,7 +53,7 @@ enum tw_status motion_means(struct work *work, const struct cached_mesh *mesh, c
 static enum tw_status means_are_of_today(struct work *work, const char *motion_id, bool *yes, struct tw_error *error)
 {
 	struct resource motion = {0};
-	enum tw_status status = resource_get(work->store, RESOURCE_MOTION, motion_id, &motion, error);
+	enum tw_status status = resource_get(work->store, TENANT_ANY, RESOURCE_MOTION, motion_id, &motion, error);
 	*yes = motion.version == resource_kind_row(RESOURCE_MOTION)->version;
 	resource_clear(&motion);
 	return status;

@@ -43,7 +43,7 @@ static enum tw_status find_unit(enum length_unit *unit, struct store *store, con
 {
 	struct resource motion;
 	struct motion_options options;
-	enum tw_status status = resource_get(store, RESOURCE_MOTION, motion_id, &motion, error);
+	enum tw_status status = resource_get(store, TENANT_ANY, RESOURCE_MOTION, motion_id, &motion, error);
 	if (status != TW_OK)
 		return status;
 	status = cache_read_options(&motion_option_table, &options, motion.options, error);

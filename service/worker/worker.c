@@ -98,9 +98,8 @@ static bool is_dead(const char *name)
 
 enum tw_status worker_abandon_dead(struct store *store, struct tw_error *error)
 {
-	struct job_query query = {.states = 1u << JOB_RUNNING, .limit = 1000};
 	struct job_page page = {0};
-	enum tw_status status = job_list(store, &query, &page, error);
+	enum tw_status status = job_list_running(store, &page, error);
 	for (size_t i = 0; status == TW_OK && i < page.count; i++)
 		if (is_dead(page.jobs[i].worker))
 			status = job_abandon(store, page.jobs[i].worker, false, error);
@@ -233,8 +232,8 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	pulse_begin(worker->pulse, ticket);
 	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
 	if (status == TW_OK && work.resource)
-		status = resource_get(worker->store, job_kind_row(ticket->kind)->resource, ticket->resource_id,
-				      &resource, &failure);
+		status = resource_get(worker->store, TENANT_ANY, job_kind_row(ticket->kind)->resource,
+				      ticket->resource_id, &resource, &failure);
 	if (status == TW_OK)
 		status = compute(worker, ticket->kind, &work, &failure);
 	end_job(worker, ticket, &work.result, status, &failure);

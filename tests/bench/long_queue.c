@@ -48,8 +48,9 @@ static int list(struct store *store, enum job_state state)
 {
 	struct job_page jobs;
 	struct resource_page resources;
-	struct job_query job_query = {.states = 1u << state, .limit = 50};
-	struct resource_query query = {.kind = RESOURCE_LAYOUT, .states = 1u << state, .limit = 50};
+	struct job_query job_query = {.tenant = TENANT_DEFAULT, .states = 1u << state, .limit = 50};
+	struct resource_query query = {
+		.tenant = TENANT_DEFAULT, .kind = RESOURCE_LAYOUT, .states = 1u << state, .limit = 50};
 	if (job_list(store, &job_query, &jobs, NULL) != TW_OK)
 		return 1;
 	job_page_clear(&jobs);
@@ -63,7 +64,7 @@ static int submit(struct store *store)
 {
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT};
 	if (resource_create(store, &draft, &resource, &outcome, NULL) != TW_OK)
 		return 1;
 	resource_clear(&resource);

@@ -18,7 +18,7 @@ static int take_and_answer(struct store *store)
 	enum resource_outcome outcome;
 	struct job_ticket ticket;
 	bool found = false;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .options = request};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .options = request};
 	struct job_artifact artifact = {"pattern.svg", "image/svg+xml", svg, sizeof svg};
 	struct job_result result = {.summary = "{}", .artifacts = &artifact, .artifact_count = 1};
 	if (resource_create(store, &draft, &resource, &outcome, NULL))

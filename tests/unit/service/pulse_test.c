@@ -61,7 +61,7 @@ static void the_pulse_hears_of_a_cancel_and_of_a_lost_lease(void **state)
 	ok(f, pulse_new(&pulse, &(struct pulse_settings){f->url, 0, -1}, &f->error));
 	struct job_ticket ticket = claim_layout(f);
 	pulse_begin(pulse, &ticket);
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	for (int i = 0; i < 2500 && !pulse_says_stop(pulse); i++)
 		sleep_ms(2);
 	assert_true(pulse_says_cancelled(pulse));
@@ -100,7 +100,7 @@ static void the_pulse_looks_at_once_when_it_is_told_to(void **state)
 		struct timespec start;
 		struct job_ticket ticket = claim_layout(f);
 		pulse_begin(pulse, &ticket);
-		ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+		ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 		clock_gettime(CLOCK_MONOTONIC, &start);
 		assert_int_equal(write(asked[1], "", 1), 1);
 		while (!pulse_says_cancelled(pulse) && since_ms(&start) < 5000)
@@ -114,7 +114,7 @@ static void the_pulse_looks_at_once_when_it_is_told_to(void **state)
 	close(asked[1]); /* the daemon is gone: the pulse goes on without it */
 	struct job_ticket ticket = claim_layout(f);
 	pulse_begin(pulse, &ticket);
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	for (int i = 0; i < 2500 && !pulse_says_cancelled(pulse); i++)
 		sleep_ms(2);
 	assert_true(pulse_says_cancelled(pulse));

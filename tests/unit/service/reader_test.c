@@ -145,7 +145,9 @@ static void a_wall_clock_that_jumps_neither_ends_nor_prolongs_a_recording(void *
 	struct rig_thread rig = {.store_url = f->url};
 	struct resource recording;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_RECORDING, .options = "{\"duration_s\":2.0,\"tolerance\":0.9}"};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT,
+				       .kind = RESOURCE_RECORDING,
+				       .options = "{\"duration_s\":2.0,\"tolerance\":0.9}"};
 	struct rig_sample samples[200];
 	size_t got = 0;
 	char id[STORE_ID_SIZE];
@@ -161,7 +163,7 @@ static void a_wall_clock_that_jumps_neither_ends_nor_prolongs_a_recording(void *
 		nap_ms(100);
 		int64_t past_ms = (rig_clock_us() - start_us) / 1000;
 		atomic_store(&moved_ms, past_ms < 600 ? 0 : past_ms < 1200 ? DAY_MS : -DAY_MS);
-		ok(f, resource_get(f->store, RESOURCE_RECORDING, id, &recording, &f->error));
+		ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_RECORDING, id, &recording, &f->error));
 		bool ended = job_state_is_final(recording.job.state);
 		if (ended) {
 			assert_int_equal(recording.job.state, JOB_SUCCEEDED);

@@ -110,7 +110,7 @@ static void upload_motion(struct fixture *f, uint32_t frames, char id[STORE_ID_S
 	put32(header + 20, &zero);
 	put32(header + 24, &one);
 	put32(header + 28, &frames);
-	ok(f, upload_begin(&upload, f->store, "motion", "pull.pc2", "", 1u << 30, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, "motion", "pull.pc2", "", 1u << 30, &f->error));
 	ok(f, upload_write(upload, header, sizeof header, &f->error));
 	for (uint32_t j = 0; j < frames; j++) {
 		float pull = 1 + 0.1f * (float)(j % 16) / 16;
@@ -292,7 +292,7 @@ static void a_bad_file_fails_at_once_with_its_place(void **state)
 	pid_t worker = start_worker(f, "w", "--threads=1");
 	wait_for(f, "SELECT state FROM job", JOB_FAILED);
 	assert_int_equal(end_worker(worker, SIGTERM), 0);
-	ok(f, resource_get(f->store, RESOURCE_MESH, mesh, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_MESH, mesh, &resource, &f->error));
 	assert_int_equal(resource.job.attempts, 1);
 	assert_string_equal(resource.job.failure.where, "line 7");
 	assert_int_equal(resource.job.failure.status, TW_ERROR_INPUT);
@@ -489,12 +489,12 @@ static void a_running_job_that_is_cancelled_stops(void **state)
 	struct resource resource;
 	enum job_state after;
 	prepare_long_job(f, motion);
-	ok(f, resource_get(f->store, RESOURCE_MOTION, motion, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_MOTION, motion, &resource, &f->error));
 	pid_t worker = start_worker(f, "w", "--threads=1");
 	wait_for(f, "SELECT count(*) FROM job WHERE state = 1", 1);
 	/* Frozen, so that it cannot end before its next heartbeat. */
 	kill(worker, SIGSTOP);
-	ok(f, job_cancel(f->store, resource.job.id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, resource.job.id, &after, &f->error));
 	assert_int_equal(after, JOB_RUNNING);
 	sleep_ms(350);
 	kill(worker, SIGCONT);

@@ -20,7 +20,7 @@ static unsigned char *noise(size_t size)
 static struct upload *begin(struct fixture *f, uint64_t limit)
 {
 	struct upload *upload = NULL;
-	ok(f, upload_begin(&upload, f->store, "motion", "walk.pc2", "", limit, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, "motion", "walk.pc2", "", limit, &f->error));
 	return upload;
 }
 
@@ -28,7 +28,8 @@ static struct upload *begin(struct fixture *f, uint64_t limit)
 static void own(struct fixture *f, const char *upload, char id[STORE_ID_SIZE])
 {
 	const char *uploads[] = {upload};
-	struct resource_draft draft = {.kind = RESOURCE_MOTION, .uploads = uploads, .upload_count = 1};
+	struct resource_draft draft = {
+		.owner = OWNER_DEFAULT, .kind = RESOURCE_MOTION, .uploads = uploads, .upload_count = 1};
 	struct resource resource;
 	enum resource_outcome outcome;
 	ok(f, resource_create(f->store, &draft, &resource, &outcome, &f->error));
@@ -69,7 +70,7 @@ static void an_upload_comes_back_byte_for_byte(void **state)
 		assert_memory_equal(back, bytes + middle, got);
 		ok(f, blob_read(f->store, blob.number, sizes[k], back, 1, &got, &f->error));
 		assert_int_equal(got, 0);
-		ok(f, resource_delete(f->store, RESOURCE_MOTION, id, false, &f->error));
+		ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MOTION, id, false, &f->error));
 		assert_int_equal(blob_read(f->store, blob.number, 0, back, 1, &got, &f->error), TW_ERROR_NOT_FOUND);
 		free(bytes);
 		free(back);
@@ -127,7 +128,7 @@ static void a_resumed_upload_is_the_same_upload(void **state)
 	snprintf(id, sizeof id, "%s", upload_id(upload));
 	ok(f, upload_write(upload, bytes, BLOB_CHUNK + 7000, &f->error));
 	upload_free(upload);
-	ok(f, upload_resume(&upload, f->store, id, size, &offset, &f->error));
+	ok(f, upload_resume(&upload, f->store, TENANT_DEFAULT, id, size, &offset, &f->error));
 	assert_int_equal(offset, BLOB_CHUNK);
 	ok(f, upload_write(upload, bytes + offset, size - offset, &f->error));
 	ok(f, upload_seal(upload, &f->error));
@@ -135,7 +136,7 @@ static void a_resumed_upload_is_the_same_upload(void **state)
 	own(f, id, parts);
 	assert_string_equal(parts, whole);
 	/* Once more as if another version of libsodium had kept the hash: then it is made again from what is stored. */
-	ok(f, resource_delete(f->store, RESOURCE_MOTION, whole, false, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MOTION, whole, false, &f->error));
 	upload = begin(f, size);
 	snprintf(id, sizeof id, "%s", upload_id(upload));
 	ok(f, upload_write(upload, bytes, BLOB_CHUNK, &f->error));
@@ -143,14 +144,14 @@ static void a_resumed_upload_is_the_same_upload(void **state)
 	assert_int_equal(
 		sqlite3_exec(f->oracle, "UPDATE blob SET hash_state = zeroblob(length(hash_state))", NULL, NULL, NULL),
 		SQLITE_OK);
-	ok(f, upload_resume(&upload, f->store, id, size, &offset, &f->error));
+	ok(f, upload_resume(&upload, f->store, TENANT_DEFAULT, id, size, &offset, &f->error));
 	ok(f, upload_write(upload, bytes + offset, size - offset, &f->error));
 	ok(f, upload_seal(upload, &f->error));
 	upload_free(upload);
 	own(f, id, parts);
 	assert_string_equal(parts, whole);
-	refused(f, upload_resume(&upload, f->store, "upload_none", size, &offset, &f->error), TW_ERROR_NOT_FOUND,
-		"no-such-upload");
+	refused(f, upload_resume(&upload, f->store, TENANT_DEFAULT, "upload_none", size, &offset, &f->error),
+		TW_ERROR_NOT_FOUND, "no-such-upload");
 	free(bytes);
 }
 
@@ -161,7 +162,7 @@ static void two_writers_of_one_upload_do_not_mix(void **state)
 	struct upload *first = begin(f, UINT64_MAX);
 	struct upload *second = NULL;
 	uint64_t offset;
-	ok(f, upload_resume(&second, f->store, upload_id(first), UINT64_MAX, &offset, &f->error));
+	ok(f, upload_resume(&second, f->store, TENANT_DEFAULT, upload_id(first), UINT64_MAX, &offset, &f->error));
 	ok(f, upload_write(first, bytes, BLOB_CHUNK, &f->error));
 	refused(f, upload_write(second, bytes, BLOB_CHUNK, &f->error), TW_ERROR_CONFLICT, "upload-conflict");
 	refused(f, upload_seal(second, &f->error), TW_ERROR_CONFLICT, "upload-broken");
@@ -194,7 +195,7 @@ static void a_long_name_is_cut_between_characters(void **state)
 	for (size_t i = 0; i + 2 < sizeof name; i += 2)
 		memcpy(name + i, "\xc3\xa4", 3);
 	struct upload *upload = NULL;
-	ok(f, upload_begin(&upload, f->store, "worn", name, NULL, 10, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, "worn", name, NULL, 10, &f->error));
 	upload_free(upload);
 	assert_int_equal(fixture_ask(f, "SELECT length(CAST(file_name AS BLOB)) FROM blob"), 126);
 }
@@ -213,8 +214,8 @@ static void the_sweep_takes_what_nobody_used(void **state)
 	fixture_sweep(f, 5000);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 2);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM chunk"), 2);
-	ok(f, upload_discard(f->store, id, &f->error));
-	refused(f, upload_discard(f->store, id, &f->error), TW_ERROR_NOT_FOUND, "no-such-upload");
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, id, &f->error));
+	refused(f, upload_discard(f->store, TENANT_DEFAULT, id, &f->error), TW_ERROR_NOT_FOUND, "no-such-upload");
 }
 
 /* Nor does deleting write what it deletes: the log stays small. */
@@ -230,7 +231,7 @@ static void deleting_a_large_upload_writes_little(void **state)
 	/* The store's own thread may be at it, and then this says "busy". */
 	while (fixture_ask(f, "PRAGMA wal_checkpoint(TRUNCATE)"))
 		usleep(1000);
-	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, upload_id(upload), &f->error));
 	upload_free(upload);
 	fixture_sweep(f, 0);
 	snprintf(log, sizeof log, "%s-wal", f->path);
@@ -249,9 +250,9 @@ static void a_large_upload_goes_in_small_steps(void **state)
 	int steps = 0;
 	ok(f, upload_write(upload, bytes, 80 * BLOB_CHUNK, &f->error));
 	free(bytes);
-	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
-	refused(f, upload_find(f->store, upload_id(upload), &blob, &sealed, &f->error), TW_ERROR_NOT_FOUND,
-		"no-such-upload");
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, upload_id(upload), &f->error));
+	refused(f, upload_find(f->store, TENANT_DEFAULT, upload_id(upload), &blob, &sealed, &f->error),
+		TW_ERROR_NOT_FOUND, "no-such-upload");
 	refused(f, upload_seal(upload, &f->error), TW_ERROR_CONFLICT, "upload-conflict");
 	upload_free(upload);
 	for (int64_t left = 80, now = left; more; left = now, steps++) {
@@ -274,7 +275,7 @@ static void the_sweep_makes_the_file_smaller(void **state)
 	ok(f, upload_write(upload, bytes, 8 * BLOB_CHUNK, &f->error));
 	free(bytes);
 	int64_t before = fixture_ask(f, "SELECT page_count FROM pragma_page_count");
-	ok(f, upload_discard(f->store, upload_id(upload), &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, upload_id(upload), &f->error));
 	upload_free(upload);
 	fixture_sweep(f, 0);
 	ok(f, store_shrink(f->store, &f->error));
@@ -292,7 +293,7 @@ static void damaged_bytes_are_told_and_not_handed_out(void **state)
 	bool sealed;
 	ok(f, upload_write(upload, bytes, size, &f->error));
 	ok(f, upload_seal(upload, &f->error));
-	ok(f, upload_find(f->store, upload_id(upload), &blob, &sealed, &f->error));
+	ok(f, upload_find(f->store, TENANT_DEFAULT, upload_id(upload), &blob, &sealed, &f->error));
 	upload_free(upload);
 	static const size_t places[] = {0, 65535, 65536, BLOB_CHUNK - 1, BLOB_CHUNK, 2 * BLOB_CHUNK + 99999};
 	for (size_t i = 0; i < sizeof places / sizeof *places; i++) {

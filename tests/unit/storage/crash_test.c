@@ -74,7 +74,8 @@ static void work(const struct fixture *f)
 static void produce(const struct fixture *f)
 {
 	struct store *store = NULL;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .options = "{\"terminals\":[]}", .attempts_max = 1000};
+	struct resource_draft draft = {
+		.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .options = "{\"terminals\":[]}", .attempts_max = 1000};
 	if (store_open(&store, f->url, NULL) != TW_OK)
 		_exit(8);
 	for (;;) {

@@ -108,7 +108,8 @@ static inline void fixture_upload(struct fixture *f, const char *part, const cha
 				  char id[STORE_ID_SIZE])
 {
 	struct upload *upload = NULL;
-	ok(f, upload_begin(&upload, f->store, part, file_name, "application/octet-stream", 1u << 30, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, part, file_name, "application/octet-stream", 1u << 30,
+			   &f->error));
 	ok(f, upload_write(upload, text, strlen(text), &f->error));
 	ok(f, upload_seal(upload, &f->error));
 	snprintf(id, STORE_ID_SIZE, "%s", upload_id(upload));
@@ -121,7 +122,7 @@ static inline enum resource_outcome fixture_create(struct fixture *f, enum resou
 {
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = kind, .name = "walk", .options = options};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = kind, .name = "walk", .options = options};
 	char upload_buffer[STORE_ID_SIZE];
 	const char *uploads[] = {upload_buffer};
 	const char *needs[] = {need};
@@ -143,7 +144,7 @@ static inline enum resource_outcome fixture_create(struct fixture *f, enum resou
 static inline enum job_state fixture_state(struct fixture *f, enum resource_kind kind, const char *id)
 {
 	struct resource resource;
-	ok(f, resource_get(f->store, kind, id, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, kind, id, &resource, &f->error));
 	enum job_state state = resource.job.state;
 	resource_clear(&resource);
 	return state;

@@ -73,12 +73,12 @@ static void a_jump_of_the_wall_clock_changes_no_pause_and_sweeps_no_upload(void 
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	struct job_ticket ticket = claim(f, "first", 30000, &found);
 	ok(f, job_fail(f->store, &ticket, &failure, true, &f->error)); /* a pause of a second */
-	ok(f, upload_begin(&upload, f->store, "worn", "a.obj", "model/obj", 1000, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, "worn", "a.obj", "model/obj", 1000, &f->error));
 	wall_jump_s = DAY_S;
 	claim(f, "second", 30000, &found);
 	assert_false(found);
 	ok(f, store_sweep(f->store, 3600 * 1000, &more, &f->error));
-	ok(f, upload_find(f->store, upload_id(upload), &blob, &sealed, &f->error));
+	ok(f, upload_find(f->store, TENANT_DEFAULT, upload_id(upload), &blob, &sealed, &f->error));
 	upload_free(upload);
 	wall_jump_s = -DAY_S;
 	usleep(1200000);
@@ -126,12 +126,12 @@ static void an_upload_outlives_a_start_of_the_machine(void **state)
 	struct blob blob;
 	bool sealed, more;
 	char id[STORE_ID_SIZE];
-	ok(f, upload_begin(&upload, f->store, "worn", "a.obj", "model/obj", 1000, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, "worn", "a.obj", "model/obj", 1000, &f->error));
 	snprintf(id, sizeof id, "%s", upload_id(upload));
 	upload_free(upload);
 	start_machine_again(f);
 	ok(f, store_sweep(f->store, INT64_C(1) << 39, &more, &f->error)); /* longer than any machine runs */
-	ok(f, upload_find(f->store, id, &blob, &sealed, &f->error));
+	ok(f, upload_find(f->store, TENANT_DEFAULT, id, &blob, &sealed, &f->error));
 }
 
 /* --- what costs an attempt -------------------------------------------------------------------------------------- */
@@ -139,7 +139,7 @@ static void an_upload_outlives_a_start_of_the_machine(void **state)
 static uint32_t attempts_of(struct fixture *f, const char *id)
 {
 	struct resource resource;
-	ok(f, resource_get(f->store, RESOURCE_LAYOUT, id, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, id, &resource, &f->error));
 	uint32_t attempts = resource.job.attempts;
 	resource_clear(&resource);
 	return attempts;
@@ -229,7 +229,7 @@ static void a_job_is_claimed_when_there_is_room_for_its_result(void **state)
 	assert_string_equal(ticket.resource_id, small);
 	fixture_finish(f, &ticket);
 	assert_true(fixture_nothing_to_claim(f));
-	ok(f, upload_discard(f->store, filler, &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, filler, &f->error));
 	fixture_sweep(f, INT64_C(1) << 39);
 	assert_string_equal(fixture_claim(f).resource_id, large);
 	store_close(f->store);

@@ -66,9 +66,12 @@ static void list_everything(struct fixture *f, const char *mesh)
 	for (size_t i = 0; i < sizeof states / sizeof *states; i++) {
 		struct job_page jobs;
 		struct resource_page resources;
-		struct job_query job_query = {
-			.kinds = i ? JOB_KIND_BIT(JOB_RECORD) : 0, .states = states[i], .limit = 3};
-		struct resource_query query = {.kind = RESOURCE_MOTION, .states = states[i], .limit = 3};
+		struct job_query job_query = {.tenant = TENANT_DEFAULT,
+					      .kinds = i ? JOB_KIND_BIT(JOB_RECORD) : 0,
+					      .states = states[i],
+					      .limit = 3};
+		struct resource_query query = {
+			.tenant = TENANT_DEFAULT, .kind = RESOURCE_MOTION, .states = states[i], .limit = 3};
 		ok(f, job_list(f->store, &job_query, &jobs, &f->error));
 		job_page_clear(&jobs);
 		job_query.failure_type = "wrong";
@@ -95,7 +98,7 @@ static void read_everything(struct fixture *f, const char *mesh, const char *job
 	job_page_clear(&page);
 	ok(f, job_changes(f->store, -1, 3, &page, &f->error));
 	ok(f, job_count(f->store, &counts, &f->error));
-	ok(f, job_get(f->store, job_id, &job, &f->error));
+	ok(f, job_get(f->store, TENANT_DEFAULT, job_id, &job, &f->error));
 	job_clear(&job);
 	ok(f, resource_needs(f->store, mesh, RESOURCE_MESH, &ids, &count, &f->error));
 	free(ids);
@@ -161,20 +164,20 @@ static void work_on_everything(struct fixture *f, const char *mesh, const char *
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	ticket = fixture_claim(f);
 	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
-	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
-	ok(f, job_cancel(f->store, ticket.job_id, &state, &f->error));
-	struct redrive_query redrive = {.state = JOB_CANCELLED};
+	ok(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &state, &f->error));
+	struct redrive_query redrive = {.tenant = TENANT_DEFAULT, .state = JOB_CANCELLED};
 	struct redrive_progress progress = {0};
 	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
 	assert_int_equal(progress.redriven, 1);
 	redrive.failure_type = "wrong";
 	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
-	ok(f, job_cancel(f->store, ticket.job_id, &state, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &state, &f->error));
 	read_everything(f, mesh, ticket.job_id);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, "{}", layout);
-	ok(f, resource_delete(f->store, RESOURCE_LAYOUT, layout, false, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, layout, false, &f->error));
 	list_everything(f, mesh);
-	ok(f, resource_delete(f->store, RESOURCE_MOTION, motion, true, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MOTION, motion, true, &f->error));
 	fixture_sweep(f, 0);
 	ok(f, store_shrink(f->store, &f->error));
 }
@@ -185,12 +188,12 @@ static void no_statement_walks_a_table(void **state)
 	char mesh[STORE_ID_SIZE], motion[STORE_ID_SIZE], upload[STORE_ID_SIZE], id[STORE_ID_SIZE];
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft keyed = {.kind = RESOURCE_LAYOUT, .idempotency_key = "k"};
+	struct resource_draft keyed = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .idempotency_key = "k"};
 	fixture_create(f, RESOURCE_MESH, "v 1 2 3", NULL, NULL, mesh);
 	fixture_create(f, RESOURCE_MESH, "v 1 2 3", NULL, NULL, id);
 	fixture_create(f, RESOURCE_MOTION, "frames", mesh, NULL, motion);
 	fixture_upload(f, "worn", "a.obj", "forgotten", upload);
-	ok(f, upload_discard(f->store, upload, &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, upload, &f->error));
 	ok(f, resource_create(f->store, &keyed, &resource, &outcome, &f->error));
 	resource_clear(&resource);
 	work_on_everything(f, mesh, motion);
@@ -220,8 +223,8 @@ static void the_counts_are_those_of_counting(void **state)
 	fixture_finish(f, &ticket);
 	ticket = fixture_claim(f);
 	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error)); /* with the motion that needs it */
-	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
-	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, true, &f->error));
+	ok(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MESH, mesh, true, &f->error));
 	fixture_claim(f);
 	ok(f, job_count(f->store, &counts, &f->error));
 	for (enum job_state s = 0; s < JOB_STATES; s++) {

@@ -15,7 +15,7 @@ static void claim_takes_the_most_urgent_then_the_oldest(void **state)
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, ids[1]);
 	struct resource urgent;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .priority = 5};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .priority = 5};
 	ok(f, resource_create(f->store, &draft, &urgent, &outcome, &f->error));
 	struct job_ticket first = fixture_claim(f);
 	struct job_ticket second = fixture_claim(f);
@@ -115,10 +115,10 @@ static void a_job_whose_workers_all_die_fails_with_the_reason(void **state)
 		f->now_ms += 5001;
 	}
 	assert_true(fixture_nothing_to_claim(f));
-	ok(f, resource_get(f->store, RESOURCE_LAYOUT, id, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, id, &resource, &f->error));
 	assert_int_equal(resource.job.state, JOB_FAILED);
 	assert_string_equal(resource.job.failure.type, "attempts-exhausted");
-	ok(f, job_redrive(f->store, resource.job.id, &f->error));
+	ok(f, job_redrive(f->store, TENANT_DEFAULT, resource.job.id, &f->error));
 	struct job_ticket again = fixture_claim(f);
 	assert_int_equal(again.attempt, 1);
 	assert_int_equal(again.fence, 4);
@@ -187,12 +187,12 @@ static void a_failure_fails_all_that_waits_and_a_redrive_lifts_it(void **state)
 	chain(f, ids);
 	struct job_ticket mesh = fixture_claim(f);
 	ok(f, job_fail(f->store, &mesh, &failure, false, &f->error));
-	ok(f, resource_get(f->store, RESOURCE_LAYOUT, ids[3], &layout, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, ids[3], &layout, &f->error));
 	assert_int_equal(layout.job.state, JOB_FAILED);
 	assert_string_equal(layout.job.failure.type, "dependency-failed");
 	assert_non_null(strstr(layout.job.failure.text, ids[0]));
 	assert_non_null(strstr(layout.job.failure.text, "the index 9 is out of range"));
-	ok(f, job_redrive(f->store, layout.job.id, &f->error));
+	ok(f, job_redrive(f->store, TENANT_DEFAULT, layout.job.id, &f->error));
 	for (int i = 0; i < 4; i++) {
 		struct job_ticket ticket = fixture_claim(f);
 		assert_string_equal(ticket.resource_id, ids[i]);
@@ -213,7 +213,7 @@ static void a_queued_job_is_cancelled_at_once_and_a_running_one_is_asked(void **
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	ticket = fixture_claim(f);
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	assert_int_equal(after, JOB_RUNNING);
 	ok(f, job_heartbeat(f->store, &ticket, 0, NULL, NULL, &cancel, &f->error));
 	assert_true(cancel);
@@ -221,11 +221,13 @@ static void a_queued_job_is_cancelled_at_once_and_a_running_one_is_asked(void **
 	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, ticket.resource_id), JOB_CANCELLED);
 	ticket = fixture_claim(f);
 	ok(f, job_release(f->store, &ticket, &f->error));
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	assert_int_equal(after, JOB_CANCELLED);
 	assert_true(fixture_nothing_to_claim(f));
-	refused(f, job_cancel(f->store, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT, "job-finished");
-	refused(f, job_cancel(f->store, "job_nothing", &after, &f->error), TW_ERROR_NOT_FOUND, "no-such-job");
+	refused(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT,
+		"job-finished");
+	refused(f, job_cancel(f->store, TENANT_DEFAULT, "job_nothing", &after, &f->error), TW_ERROR_NOT_FOUND,
+		"no-such-job");
 }
 
 /* The worker died before it could obey. */
@@ -240,7 +242,7 @@ static void a_cancel_that_comes_before_the_end_wins(void **state)
 	fixture_create(f, RESOURCE_FIELD, NULL, NULL, NULL, id);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, id, NULL, dependent);
 	struct job_ticket ticket = fixture_claim(f);
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	assert_int_equal(after, JOB_RUNNING);
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	assert_int_equal(fixture_state(f, RESOURCE_FIELD, id), JOB_CANCELLED);
@@ -251,7 +253,8 @@ static void a_cancel_that_comes_before_the_end_wins(void **state)
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	ticket = fixture_claim(f);
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
-	refused(f, job_cancel(f->store, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT, "job-finished");
+	refused(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT,
+		"job-finished");
 	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_SUCCEEDED);
 }
 
@@ -262,7 +265,7 @@ static void a_cancelled_job_is_not_tried_again(void **state)
 	enum job_state after;
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	struct job_ticket ticket = fixture_claim(f);
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	f->now_ms += 5001;
 	assert_true(fixture_nothing_to_claim(f));
 	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_CANCELLED);
@@ -274,9 +277,11 @@ static void only_a_failed_or_cancelled_job_is_redriven(void **state)
 	char id[STORE_ID_SIZE];
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	struct job_ticket ticket = fixture_claim(f);
-	refused(f, job_redrive(f->store, ticket.job_id, &f->error), TW_ERROR_CONFLICT, "job-not-failed");
+	refused(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error), TW_ERROR_CONFLICT,
+		"job-not-failed");
 	fixture_finish(f, &ticket);
-	refused(f, job_redrive(f->store, ticket.job_id, &f->error), TW_ERROR_CONFLICT, "job-not-failed");
+	refused(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error), TW_ERROR_CONFLICT,
+		"job-not-failed");
 }
 
 static void every_change_is_seen_once_in_order(void **state)
@@ -319,7 +324,7 @@ static void deleting_a_job_does_not_hide_later_changes(void **state)
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	ok(f, job_changes(f->store, -1, 10, &page, &f->error));
 	int64_t since = page.next;
-	ok(f, resource_delete(f->store, RESOURCE_LAYOUT, id, false, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, id, false, &f->error));
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	ok(f, job_changes(f->store, since, 10, &page, &f->error));
 	assert_int_equal(page.count, 1);
@@ -402,12 +407,13 @@ static void many_are_redriven_by_query_in_steps(void **state)
 	fail_all(f, "store-full");
 	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
 	struct job_page page;
-	ok(f, job_list(f->store, &(struct job_query){.states = 1u << JOB_QUEUED, .limit = 1}, &page, &f->error));
-	ok(f, job_cancel(f->store, page.jobs[0].id, &after, &f->error));
+	ok(f, job_list(f->store, &(struct job_query){.tenant = TENANT_DEFAULT, .states = 1u << JOB_QUEUED, .limit = 1},
+		       &page, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, page.jobs[0].id, &after, &f->error));
 	job_page_clear(&page);
 
 	/* Listed by problem, in pages, newest first, and by kind and state besides. */
-	struct job_query listed = {.failure_type = "store-full", .limit = 100};
+	struct job_query listed = {.tenant = TENANT_DEFAULT, .failure_type = "store-full", .limit = 100};
 	size_t found = 0;
 	do {
 		ok(f, job_list(f->store, &listed, &page, &f->error));
@@ -428,8 +434,10 @@ static void many_are_redriven_by_query_in_steps(void **state)
 	job_page_clear(&page);
 
 	/* By problem and kind: the field stays. */
-	struct redrive_query full = {
-		.state = JOB_FAILED, .failure_type = "store-full", .kinds = JOB_KIND_BIT(JOB_COMPUTE_LAYOUT)};
+	struct redrive_query full = {.tenant = TENANT_DEFAULT,
+				     .state = JOB_FAILED,
+				     .failure_type = "store-full",
+				     .kinds = JOB_KIND_BIT(JOB_COMPUTE_LAYOUT)};
 	struct redrive_progress progress = {0};
 	ok(f, redrive_step(f->store, &full, &progress, &f->error));
 	assert_false(progress.done);
@@ -443,14 +451,15 @@ static void many_are_redriven_by_query_in_steps(void **state)
 			 120);
 
 	/* The layout needs the field, which goes back with it, but was not asked for. */
-	struct redrive_query dependents = {.state = JOB_FAILED, .failure_type = "dependency-failed"};
+	struct redrive_query dependents = {
+		.tenant = TENANT_DEFAULT, .state = JOB_FAILED, .failure_type = "dependency-failed"};
 	assert_int_equal(redrive_all(f, &dependents), 1);
 	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field), JOB_QUEUED);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0 AND waiting_for = 1"), 1);
 
 	/* All that is left. */
-	assert_int_equal(redrive_all(f, &(struct redrive_query){.state = JOB_FAILED}), 1);
-	assert_int_equal(redrive_all(f, &(struct redrive_query){.state = JOB_CANCELLED}), 1);
+	assert_int_equal(redrive_all(f, &(struct redrive_query){.tenant = TENANT_DEFAULT, .state = JOB_FAILED}), 1);
+	assert_int_equal(redrive_all(f, &(struct redrive_query){.tenant = TENANT_DEFAULT, .state = JOB_CANCELLED}), 1);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state <> 0"), 0);
 }
 
@@ -462,7 +471,7 @@ static void a_job_is_redriven_once_by_a_query(void **state)
 	for (int i = 0; i < 60; i++)
 		fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	fail_all(f, "store-full");
-	struct redrive_query query = {.state = JOB_FAILED};
+	struct redrive_query query = {.tenant = TENANT_DEFAULT, .state = JOB_FAILED};
 	struct redrive_progress progress = {0};
 	for (int steps = 0; !progress.done; steps++) {
 		assert_true(steps < 10);
@@ -499,14 +508,16 @@ static void an_incomplete_result_is_kept(void **state)
 	struct job_result result = {.summary = "{\"gaps\":7}", .incomplete = true};
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	struct resource resource;
-	ok(f, resource_get(f->store, RESOURCE_RECORDING, id, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_RECORDING, id, &resource, &f->error));
 	assert_int_equal(resource.job.state, JOB_INCOMPLETE);
 	assert_true(job_state_is_final(resource.job.state));
 	assert_string_equal(resource.summary, "{\"gaps\":7}");
 	resource_clear(&resource);
-	refused(f, job_redrive(f->store, ticket.job_id, &f->error), TW_ERROR_CONFLICT, "job-not-failed");
+	refused(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error), TW_ERROR_CONFLICT,
+		"job-not-failed");
 	enum job_state after;
-	refused(f, job_cancel(f->store, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT, "job-finished");
+	refused(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error), TW_ERROR_CONFLICT,
+		"job-finished");
 }
 
 static void what_needs_an_incomplete_result_fails(void **state)
@@ -519,13 +530,15 @@ static void what_needs_an_incomplete_result_fails(void **state)
 	fixture_create(f, RESOURCE_LAYOUT, NULL, field, NULL, layout);
 	struct job_ticket ticket = fixture_claim(f);
 	ok(f, job_finish(f->store, &ticket, &(struct job_result){.incomplete = true}, &f->error));
-	ok(f, resource_get(f->store, RESOURCE_LAYOUT, layout, &resource, &f->error));
+	ok(f, resource_get(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, layout, &resource, &f->error));
 	assert_int_equal(resource.job.state, JOB_FAILED);
 	assert_string_equal(resource.job.failure.type, "dependency-failed");
 	assert_non_null(strstr(resource.job.failure.text, "is incomplete"));
 	resource_clear(&resource);
-	const struct resource_draft draft = {
-		.kind = RESOURCE_LAYOUT, .needs = (const char *const[]){field}, .need_count = 1};
+	const struct resource_draft draft = {.owner = OWNER_DEFAULT,
+					     .kind = RESOURCE_LAYOUT,
+					     .needs = (const char *const[]){field},
+					     .need_count = 1};
 	refused(f, resource_create(f->store, &draft, &refused_one, &outcome, &f->error), TW_ERROR_CONFLICT,
 		"dependency-failed");
 }
@@ -536,20 +549,21 @@ static void a_job_without_a_resource_runs_like_any_other(void **state)
 	struct fixture *f = *state;
 	struct job job;
 	ok(f, transaction_begin(f->store, true, &f->error));
-	ok(f, transaction_end(f->store, job_state_add(f->store, 0, JOB_COMPUTE_LAYOUT, 0, 2, &f->error), &f->error));
+	ok(f, transaction_end(f->store, job_state_add(f->store, OWNER_DEFAULT, 0, JOB_COMPUTE_LAYOUT, 0, 2, &f->error),
+			      &f->error));
 	struct tw_error failure = {TW_ERROR_INPUT, "no-such-thing", "", "nothing"};
 	struct job_ticket ticket = fixture_claim(f);
 	assert_string_equal(ticket.resource_id, "");
 	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
-	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
+	ok(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error));
 	ticket = fixture_claim(f);
 	fixture_finish(f, &ticket);
-	ok(f, job_get(f->store, ticket.job_id, &job, &f->error));
+	ok(f, job_get(f->store, TENANT_DEFAULT, ticket.job_id, &job, &f->error));
 	assert_int_equal(job.state, JOB_SUCCEEDED);
 	assert_string_equal(job.resource_id, "");
 	job_clear(&job);
 	struct job_page page;
-	struct job_query query = {.limit = 10};
+	struct job_query query = {.tenant = TENANT_DEFAULT, .limit = 10};
 	ok(f, job_list(f->store, &query, &page, &f->error));
 	assert_int_equal(page.count, 1);
 	job_page_clear(&page);
@@ -567,16 +581,16 @@ static void a_job_of_an_unknown_kind_is_shown_and_left_alone(void **state)
 			     NULL, NULL),
 		SQLITE_OK);
 	assert_true(fixture_nothing_to_claim(f));
-	ok(f, job_list(f->store, &(struct job_query){.limit = 10}, &page, &f->error));
+	ok(f, job_list(f->store, &(struct job_query){.tenant = TENANT_DEFAULT, .limit = 10}, &page, &f->error));
 	assert_int_equal(page.count, 1);
 	assert_string_equal(job_kind_name(page.jobs[0].kind), "unknown");
 	assert_int_equal(job_kind_row(page.jobs[0].kind)->resource, RESOURCE_NONE);
 	job_page_clear(&page);
-	ok(f, job_get(f->store, "job_new", &job, &f->error));
+	ok(f, job_get(f->store, TENANT_DEFAULT, "job_new", &job, &f->error));
 	assert_int_equal(job.state, JOB_QUEUED);
 	job_clear(&job);
 	enum job_state after;
-	ok(f, job_cancel(f->store, "job_new", &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, "job_new", &after, &f->error));
 	assert_int_equal(after, JOB_CANCELLED);
 }
 

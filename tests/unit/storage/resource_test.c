@@ -24,8 +24,8 @@ static void the_address_keeps_its_fields_apart(void **state)
 	struct fixture *f = *state;
 	struct resource a, b;
 	enum resource_outcome outcome;
-	struct resource_draft first = {.kind = RESOURCE_MOTION, .name = "ab", .options = "c"};
-	struct resource_draft second = {.kind = RESOURCE_MOTION, .name = "a", .options = "bc"};
+	struct resource_draft first = {.owner = OWNER_DEFAULT, .kind = RESOURCE_MOTION, .name = "ab", .options = "c"};
+	struct resource_draft second = {.owner = OWNER_DEFAULT, .kind = RESOURCE_MOTION, .name = "a", .options = "bc"};
 	ok(f, resource_create(f->store, &first, &a, &outcome, &f->error));
 	ok(f, resource_create(f->store, &second, &b, &outcome, &f->error));
 	assert_string_not_equal(a.id, b.id);
@@ -53,7 +53,8 @@ static void an_idempotency_key_makes_asking_twice_safe(void **state)
 	struct fixture *f = *state;
 	struct resource a, b;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .options = "{\"n\":1}", .idempotency_key = "order-7"};
+	struct resource_draft draft = {
+		.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .options = "{\"n\":1}", .idempotency_key = "order-7"};
 	ok(f, resource_create(f->store, &draft, &a, &outcome, &f->error));
 	assert_int_equal(outcome, RESOURCE_CREATED);
 	ok(f, resource_create(f->store, &draft, &b, &outcome, &f->error));
@@ -80,7 +81,8 @@ static void a_refused_draft_leaves_nothing(void **state)
 	struct tw_error failure = {TW_ERROR_INPUT, "bad", "", "broken file"};
 	const char *needs[] = {"mesh_none"};
 	const char *uploads[] = {upload};
-	struct resource_draft draft = {.kind = RESOURCE_MOTION, .needs = needs, .need_count = 1};
+	struct resource_draft draft = {
+		.owner = OWNER_DEFAULT, .kind = RESOURCE_MOTION, .needs = needs, .need_count = 1};
 	refused(f, resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_NOT_FOUND,
 		"no-such-resource");
 	fixture_create(f, RESOURCE_MESH, "v", NULL, NULL, mesh);
@@ -107,9 +109,10 @@ static void an_unfinished_or_used_upload_is_refused(void **state)
 	struct resource resource;
 	enum resource_outcome outcome;
 	struct upload *upload = NULL;
-	ok(f, upload_begin(&upload, f->store, "worn", "a.obj", "", 100, &f->error));
+	ok(f, upload_begin(&upload, f->store, OWNER_DEFAULT, "worn", "a.obj", "", 100, &f->error));
 	const char *uploads[] = {upload_id(upload)};
-	struct resource_draft draft = {.kind = RESOURCE_MESH, .uploads = uploads, .upload_count = 1};
+	struct resource_draft draft = {
+		.owner = OWNER_DEFAULT, .kind = RESOURCE_MESH, .uploads = uploads, .upload_count = 1};
 	refused(f, resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_CONFLICT,
 		"upload-not-sealed");
 	ok(f, upload_write(upload, "v", 1, &f->error));
@@ -131,7 +134,7 @@ static void needs_come_back_in_the_order_given(void **state)
 		fixture_create(f, RESOURCE_MOTION, text, mesh, NULL, motions[i]);
 		needs[5 - i] = motions[i];
 	}
-	struct resource_draft draft = {.kind = RESOURCE_FIELD, .needs = needs, .need_count = 6};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_FIELD, .needs = needs, .need_count = 6};
 	struct resource field;
 	enum resource_outcome outcome;
 	char(*ids)[STORE_ID_SIZE];
@@ -151,7 +154,7 @@ static void pages_do_not_shift_under_inserts(void **state)
 {
 	struct fixture *f = *state;
 	char id[STORE_ID_SIZE], before[25][STORE_ID_SIZE];
-	struct resource_query query = {.kind = RESOURCE_LAYOUT, .limit = 7};
+	struct resource_query query = {.tenant = TENANT_DEFAULT, .kind = RESOURCE_LAYOUT, .limit = 7};
 	struct resource_page page;
 	int seen = 0;
 	for (int i = 0; i < 25; i++)
@@ -167,7 +170,7 @@ static void pages_do_not_shift_under_inserts(void **state)
 	} while (query.cursor);
 	assert_int_equal(seen, 25);
 
-	struct job_query jobs = {.limit = 1000, .states = 1u << JOB_QUEUED};
+	struct job_query jobs = {.tenant = TENANT_DEFAULT, .limit = 1000, .states = 1u << JOB_QUEUED};
 	struct job_page job_page;
 	ok(f, job_list(f->store, &jobs, &job_page, &f->error));
 	assert_int_equal(job_page.count, 45);
@@ -187,7 +190,8 @@ static void a_list_can_be_narrowed_to_what_is_made_from_one(void **state)
 	fixture_create(f, RESOURCE_MESH, "b", NULL, NULL, mesh[1]);
 	fixture_create(f, RESOURCE_MOTION, "m", mesh[0], NULL, motion);
 	fixture_create(f, RESOURCE_MOTION, "m", mesh[1], NULL, other);
-	struct resource_query query = {.kind = RESOURCE_MOTION, .needs = mesh[0], .limit = 10};
+	struct resource_query query = {
+		.tenant = TENANT_DEFAULT, .kind = RESOURCE_MOTION, .needs = mesh[0], .limit = 10};
 	struct resource_page page;
 	ok(f, resource_list(f->store, &query, &page, &f->error));
 	assert_int_equal(page.count, 1);
@@ -202,12 +206,12 @@ static void what_is_used_is_not_deleted_alone(void **state)
 	fixture_create(f, RESOURCE_MESH, "a", NULL, NULL, mesh);
 	fixture_create(f, RESOURCE_MOTION, "m", mesh, NULL, motion);
 	fixture_create(f, RESOURCE_FIELD, NULL, motion, NULL, field);
-	refused(f, resource_delete(f->store, RESOURCE_MESH, mesh, false, &f->error), TW_ERROR_CONFLICT,
+	refused(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MESH, mesh, false, &f->error), TW_ERROR_CONFLICT,
 		"resource-in-use");
-	refused(f, resource_delete(f->store, RESOURCE_MOTION, mesh, false, &f->error), TW_ERROR_NOT_FOUND,
-		"no-such-resource");
+	refused(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MOTION, mesh, false, &f->error),
+		TW_ERROR_NOT_FOUND, "no-such-resource");
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM resource"), 3);
-	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, true, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MESH, mesh, true, &f->error));
 	fixture_sweep(f, 5000);
 	static const char *const tables[] = {"resource", "job", "need", "blob", "chunk"};
 	for (size_t i = 0; i < sizeof tables / sizeof tables[0]; i++) {
@@ -225,7 +229,7 @@ static void deleting_what_is_being_made_takes_the_lease(void **state)
 	struct job_result result = {0};
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	struct job_ticket ticket = fixture_claim(f);
-	ok(f, resource_delete(f->store, RESOURCE_LAYOUT, id, false, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, id, false, &f->error));
 	refused(f, job_finish(f->store, &ticket, &result, &f->error), TW_ERROR_CONFLICT, "lease-lost");
 }
 

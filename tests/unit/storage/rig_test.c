@@ -98,7 +98,7 @@ static void appending_keeps_the_lease_and_hears_of_a_cancel(void **state)
 		assert_false(cancel);
 		assert_true(fixture_nothing_to_claim(f));
 	}
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	ok(f, recording_append(f->store, &ticket, &s, 1, &course, 0.2, &cancel, &f->error));
 	assert_true(cancel);
 }
@@ -121,7 +121,7 @@ static void a_second_attempt_keeps_the_samples_and_a_redrive_drops_them(void **s
 	ok(f, recording_extent(f->store, id, &extent, &f->error));
 	assert_int_equal(extent.sample_count, 2);
 	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
-	ok(f, job_redrive(f->store, ticket.job_id, &f->error));
+	ok(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error));
 	ok(f, recording_extent(f->store, id, &extent, &f->error));
 	assert_int_equal(extent.sample_count, 0);
 }

@@ -71,7 +71,7 @@ static void a_store_of_the_first_version_is_migrated_with_its_data(void **state)
 			 SQLITE_OK);
 	sqlite3_close(db);
 	ok(f, store_open(&store, url, &f->error));
-	ok(f, resource_get(store, RESOURCE_MESH, "mesh_old", &resource, &f->error));
+	ok(f, resource_get(store, TENANT_DEFAULT, RESOURCE_MESH, "mesh_old", &resource, &f->error));
 	assert_string_equal(resource.name, "suit");
 	assert_int_equal(resource.job.state, JOB_QUEUED);
 	resource_clear(&resource);
@@ -151,7 +151,7 @@ static enum tw_status fill(struct fixture *f, struct store *store, char id[STORE
 {
 	static const char block[65536] = "x";
 	struct upload *upload = NULL;
-	enum tw_status status = upload_begin(&upload, store, "worn", "big.obj", "", 1u << 30, &f->error);
+	enum tw_status status = upload_begin(&upload, store, OWNER_DEFAULT, "worn", "big.obj", "", 1u << 30, &f->error);
 	for (int i = 0; status == TW_OK && i < 2000; i++)
 		status = upload_write(upload, block, sizeof block, &f->error);
 	if (upload)
@@ -179,7 +179,7 @@ static void a_full_store_says_so_and_goes_on_when_there_is_room(void **state)
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob WHERE role = 2"), 0);
 	fixture_is_sound(f);
 
-	ok(f, upload_discard(f->store, id, &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, id, &f->error));
 	fixture_sweep(f, 5000);
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	assert_int_equal(fixture_ask(f, "SELECT size FROM blob WHERE role = 2"), 4 << 20);
@@ -197,7 +197,7 @@ static void the_reserve_is_for_what_makes_room(void **state)
 	struct upload *refused_upload = NULL;
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT};
 	struct job_result result = {.summary = "{}"};
 	struct tw_error failure = {TW_ERROR_FULL, "store-full", "", "full"};
 	fixture_upload(f, "worn", "a.obj", "forgotten", upload);
@@ -212,16 +212,16 @@ static void the_reserve_is_for_what_makes_room(void **state)
 
 	refused(f, resource_create(f->store, &draft, &resource, &outcome, &f->error), TW_ERROR_FULL, "store-full");
 	refused(f, job_finish(f->store, &ticket, &result, &f->error), TW_ERROR_FULL, "store-full");
-	ok(f, upload_begin(&refused_upload, f->store, "worn", "", "", 100, &f->error));
+	ok(f, upload_begin(&refused_upload, f->store, OWNER_DEFAULT, "worn", "", "", 100, &f->error));
 	ok(f, upload_write(refused_upload, "x", 1, &f->error));
 	refused(f, upload_seal(refused_upload, &f->error), TW_ERROR_FULL, "store-full");
-	ok(f, upload_discard(f->store, upload_id(refused_upload), &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, upload_id(refused_upload), &f->error));
 	upload_free(refused_upload);
 
 	ok(f, job_fail(f->store, &ticket, &failure, true, &f->error));
-	ok(f, upload_discard(f->store, upload, &f->error));
-	ok(f, resource_delete(f->store, RESOURCE_LAYOUT, layout, false, &f->error));
-	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, false, &f->error));
+	ok(f, upload_discard(f->store, TENANT_DEFAULT, upload, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, layout, false, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MESH, mesh, false, &f->error));
 	fixture_sweep(f, 5000);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob"), 0);
 	store_close(f->store);
@@ -267,9 +267,9 @@ static void a_backup_is_a_whole_store(void **state)
 	fixture_create(f, RESOURCE_MESH, "v 1 2 3", NULL, NULL, mesh);
 	ok(f, store_backup(f->store, path, &f->error));
 	refused(f, store_backup(f->store, path, &f->error), TW_ERROR_CONFLICT, "backup-exists");
-	ok(f, resource_delete(f->store, RESOURCE_MESH, mesh, false, &f->error));
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_MESH, mesh, false, &f->error));
 	ok(f, store_open(&copy, url, &f->error));
-	ok(f, resource_get(copy, RESOURCE_MESH, mesh, &resource, &f->error));
+	ok(f, resource_get(copy, TENANT_DEFAULT, RESOURCE_MESH, mesh, &resource, &f->error));
 	resource_clear(&resource);
 	store_close(copy);
 	refused(f, store_backup(f->store, "/nonexistent/copy.db", &f->error), TW_ERROR_IO, "backup-io");

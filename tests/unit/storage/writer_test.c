@@ -62,7 +62,7 @@ static void *submit(void *context)
 		struct tw_error error = {0};
 		struct resource resource;
 		enum resource_outcome outcome;
-		struct resource_draft draft = {.kind = RESOURCE_LAYOUT, .options = options};
+		struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .options = options};
 		snprintf(options, sizeof options, "{\"client\":%d,\"request\":%d}", client->number, i);
 		if (i % 3 == 2)
 			draft.idempotency_key = "taken";
@@ -83,7 +83,8 @@ static void many_threads_share_commits_and_a_failing_one_is_rolled_back_alone(vo
 	struct client clients[THREADS];
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft first = {.kind = RESOURCE_LAYOUT, .options = "{}", .idempotency_key = "taken"};
+	struct resource_draft first = {
+		.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .options = "{}", .idempotency_key = "taken"};
 	struct store_writes before, after;
 	ok(f, resource_create(f->store, &first, &resource, &outcome, &f->error));
 	resource_clear(&resource);
@@ -215,7 +216,7 @@ static void what_the_disk_did_not_confirm_is_not_acknowledged(void **state)
 	char id[STORE_ID_SIZE];
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT};
 	assert_int_equal(sqlite3_exec(f->oracle, "PRAGMA wal_checkpoint(TRUNCATE)", NULL, NULL, NULL), SQLITE_OK);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	assert_int_equal(jobs_in_the_file_alone(f), 0);
@@ -310,7 +311,7 @@ static void a_large_result_that_nobody_wants_leaves_nothing(void **state)
 	struct job_result result = {.summary = "{}", .artifacts = &artifact, .artifact_count = 1};
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	struct job_ticket ticket = fixture_claim(f);
-	ok(f, job_cancel(f->store, ticket.job_id, &after, &f->error));
+	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &after, &f->error));
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	assert_int_equal(fixture_state(f, RESOURCE_LAYOUT, id), JOB_CANCELLED);
 	fixture_sweep(f, 3600 * 1000);
@@ -430,7 +431,7 @@ static void nothing_is_written_into_a_store_that_was_deleted_or_replaced(void **
 	struct store *store = NULL;
 	struct resource resource;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.kind = RESOURCE_LAYOUT};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT};
 	snprintf(path, sizeof path, "%s/moved.db", f->directory);
 	snprintf(other, sizeof other, "%s.old", path);
 	snprintf(url, sizeof url, "sqlite:%s", path);
