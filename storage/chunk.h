@@ -26,7 +26,7 @@ enum tw_status chunk_adopt(struct store *store, int64_t resource, int64_t blob, 
 
 /* Begins a statement that lets go of blobs: nobody finds them any more, and store_sweep removes their chunks bit by
  * bit. (Removing a large upload at once would hold the write lock for longer than others wait for it.) */
-#define CHUNK_LET_GO "UPDATE blob SET resource = NULL, upload = NULL, client = 0, touched_ms = 0"
+#define CHUNK_LET_GO "UPDATE blob SET resource = NULL, upload = NULL, tenant = 0, client = 0, touched_ms = 0"
 
 /* Sets the owner of a blob to that of the resource which is parameter 1 of the statement. */
 #define CHUNK_OWNED_BY_RESOURCE "(tenant, client) = (SELECT r.tenant, r.client FROM resource r WHERE r.number = ?1)"

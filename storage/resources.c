@@ -5,6 +5,8 @@
 #include "storage/chunk.h"
 #include "storage/id.h"
 #include "storage/job_state.h"
+#include "storage/key.h"
+#include "storage/remove.h"
 #include "storage/row.h"
 
 #include <inttypes.h>
@@ -263,7 +265,10 @@ static enum tw_status insert_all(struct store *store, const char *id, const stru
 				 struct tw_error *error)
 {
 	int64_t number = 0;
-	enum tw_status status = insert_resource(store, id, draft, &number, error);
+	enum tw_status status =
+		key_check_limits(store, draft->owner.client, true, draft->options ? strlen(draft->options) : 0, error);
+	if (status == TW_OK)
+		status = insert_resource(store, id, draft, &number, error);
 	if (status == TW_OK)
 		status = insert_needs(store, number, draft, error);
 	if (status == TW_OK)
@@ -343,7 +348,8 @@ static enum tw_status use_again(struct store *store, const char *id, const struc
 	if (status != TW_OK || !failed || !resource_kind_row(draft->kind)->addressed)
 		return status;
 	*outcome = RESOURCE_RETRIED;
-	return job_state_redrive(store, failed, error);
+	status = key_check_limits(store, draft->owner.client, true, 0, error);
+	return status == TW_OK ? job_state_redrive(store, failed, error) : status;
 }
 
 /* The id that a draft has by its content, or a new one. */
@@ -417,28 +423,6 @@ static enum tw_status refuse_in_use(struct store *store, int64_t resource, const
 	return status;
 }
 
-/* What is made from a resource, directly or not, and itself. */
-#define WITH_DOWN                                                                                                      \
-	"WITH RECURSIVE down(resource) AS (VALUES (?)"                                                                 \
-	" UNION SELECT n.resource FROM need n JOIN down d ON n.needed = d.resource) "
-
-static enum tw_status let_go_of_blobs(struct store *store, int64_t resource, struct tw_error *error)
-{
-	struct sql q = sql_query(store, WITH_DOWN CHUNK_LET_GO " WHERE resource IN (SELECT resource FROM down)");
-	sql_bind_int(&q, resource);
-	return sql_run(&q, NULL, error);
-}
-
-static enum tw_status delete_with_dependents(struct store *store, int64_t resource, struct tw_error *error)
-{
-	enum tw_status status = let_go_of_blobs(store, resource, error);
-	if (status != TW_OK)
-		return status;
-	struct sql q = sql_query(store, WITH_DOWN "DELETE FROM resource WHERE number IN (SELECT resource FROM down)");
-	sql_bind_int(&q, resource);
-	return sql_run(&q, NULL, error);
-}
-
 static enum tw_status delete_one(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,
 				 bool with_dependents, struct tw_error *error)
 {
@@ -456,7 +440,7 @@ static enum tw_status delete_one(struct store *store, int64_t tenant, enum resou
 				 resource_kind_name(kind), id);
 	if (status == TW_OK && !with_dependents)
 		status = refuse_in_use(store, number, id, error);
-	return status == TW_OK ? delete_with_dependents(store, number, error) : status;
+	return status == TW_OK ? resource_remove(store, number, error) : status;
 }
 
 enum tw_status resource_delete(struct store *store, int64_t tenant, enum resource_kind kind, const char *id,

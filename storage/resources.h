@@ -14,7 +14,8 @@ enum resource_outcome {
 /* Keeps the resource and its queued job in one durable transaction. TW_ERROR_NOT_FOUND "no-such-resource" |
  * "no-such-upload" (the id stands in the text; what is another tenant's is not there), TW_ERROR_CONFLICT
  * "dependency-failed" when something that it needs has failed, "idempotency-key-reused" for a key that came with
- * another request, "upload-not-sealed". */
+ * another request, "upload-not-sealed", TW_ERROR_NOT_FOUND "no-such-tenant", and the limits of the owner's key
+ * (key_check_limits). */
 enum tw_status resource_create(struct store *store, const struct resource_draft *draft, struct resource *resource,
 			       enum resource_outcome *outcome, struct tw_error *error) TW_NODISCARD;
 

@@ -10,6 +10,7 @@ const char schema_tenants[] =
 	"	salt BLOB NOT NULL,"
 	"	created_ms INTEGER NOT NULL"
 	") STRICT;"
+	"CREATE INDEX tenant_deleted ON tenant(number) WHERE name IS NULL;"
 	"INSERT INTO tenant VALUES (1, 'default', CAST('default' AS BLOB), 0);"
 
 	"CREATE TABLE api_key("

@@ -4,6 +4,7 @@
 
 #include "storage/chunk.h"
 #include "storage/id.h"
+#include "storage/key.h"
 #include "storage/sql.h"
 
 #include <sodium.h>
@@ -13,6 +14,7 @@
 struct upload {
 	struct store *store; /* borrowed */
 	int64_t blob;
+	int64_t client; /* whose limits it is held to */
 	char id[STORE_ID_SIZE];
 	uint64_t limit;
 	uint64_t stored;              /* bytes in the store: whole chunks until it is sealed */
@@ -91,9 +93,14 @@ enum tw_status upload_begin(struct upload **upload, struct store *store, struct 
 	if (!begun)
 		return tw_fail_memory(error);
 	id_random(begun->id, "upload");
-	enum tw_status status = transaction_begin(store, false, error);
+	begun->client = owner.client;
+	enum tw_status status = key_check_limits(store, owner.client, false, 1, error);
+	if (status == TW_OK)
+		status = transaction_begin(store, false, error);
 	if (status == TW_OK) {
-		status = insert_upload(begun, owner, part, file_name, media_type, error);
+		status = tenant_check(store, owner.tenant, error);
+		if (status == TW_OK)
+			status = insert_upload(begun, owner, part, file_name, media_type, error);
 		begun->blob = sql_inserted(store);
 		status = transaction_end(store, status, error);
 	}
@@ -128,7 +135,7 @@ enum tw_status upload_find(struct store *store, int64_t tenant, const char *id, 
 
 static enum tw_status find_upload(struct upload *upload, int64_t tenant, const char *id, struct tw_error *error)
 {
-	struct sql q = sql_query(upload->store, "SELECT number, size, hash IS NOT NULL FROM blob"
+	struct sql q = sql_query(upload->store, "SELECT number, client, size, hash IS NOT NULL FROM blob"
 						" WHERE upload = ? AND tenant = ?");
 	sql_bind_text(&q, id);
 	sql_bind_int(&q, tenant);
@@ -136,6 +143,7 @@ static enum tw_status find_upload(struct upload *upload, int64_t tenant, const c
 	bool sealed = false;
 	if (found) {
 		upload->blob = sql_int(&q);
+		upload->client = sql_int(&q);
 		upload->stored = (uint64_t)sql_int(&q);
 		sealed = sql_int(&q);
 	}
@@ -227,6 +235,8 @@ static enum tw_status flush(struct upload *upload, struct tw_error *error)
 {
 	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
 	if (status == TW_OK)
+		status = key_check_limits(upload->store, upload->client, false, upload->buffered, error);
+	if (status == TW_OK)
 		status = transaction_begin_alone(upload->store, error);
 	if (status == TW_OK) {
 		status = store_chunk(upload, error);
@@ -276,6 +286,8 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 	if (upload_size(upload) == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "upload-empty", NULL, "no bytes came; send the file as the body");
 	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
+	if (status == TW_OK)
+		status = key_check_limits(upload->store, upload->client, false, upload->buffered, error);
 	if (status == TW_OK)
 		status = transaction_begin(upload->store, true, error);
 	if (status == TW_OK) {

@@ -8,7 +8,8 @@
 /* A blob in the making: buffers up to one chunk, and writes it in a transaction of its own. */
 struct upload;
 
-/* `part` and the names are cut to BLOB_NAME_SIZE; `limit` is the largest size in bytes that is taken. */
+/* TW_ERROR_NOT_FOUND "no-such-tenant", and the limit of the owner's key (key_check_limits), also where bytes come.
+ * `part` and the names are cut to BLOB_NAME_SIZE; `limit` is the largest size in bytes that is taken. */
 enum tw_status upload_begin(struct upload **upload, struct store *store, struct owner owner, const char *part,
 			    const char *file_name, const char *media_type, uint64_t limit,
 			    struct tw_error *error) TW_NODISCARD;

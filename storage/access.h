@@ -1,0 +1,43 @@
+/* Who is let in, as a daemon keeps it in memory, and what it tells of the use of keys. */
+#ifndef STORAGE_ACCESS_H
+#define STORAGE_ACCESS_H
+
+#include "storage/key.h"
+
+/* A secret that is good. */
+struct access_key {
+	uint8_t hash[SECRET_HASH_SIZE];
+	struct owner owner;
+	unsigned scopes;
+	int64_t until_ms; /* since 1970; 0: for ever */
+	struct key_limits limits;
+	char name[KEY_NAME_SIZE]; /* for the log */
+};
+
+struct access {
+	int64_t change;          /* see access_change */
+	bool keys_needed;        /* there is a key, or has been one */
+	int64_t default_tenant;  /* whose is what comes without a key, or with one of a key file */
+	struct access_key *keys; /* owned */
+	size_t count;
+};
+
+/* In one snapshot. The caller clears it. */
+enum tw_status access_read(struct store *store, struct access *access, struct tw_error *error) TW_NODISCARD;
+void access_clear(struct access *access);
+
+/* A number that grows whenever what access_read gives may have changed; a cheap read, for several times a second. */
+enum tw_status access_change(struct store *store, int64_t *change, struct tw_error *error) TW_NODISCARD;
+
+/* How a key was used since this was told last. */
+struct access_use {
+	int64_t client;
+	int64_t requests;
+	int64_t last_ms; /* since 1970 */
+};
+
+/* Adds it up in the store; not durable. Clients without a row are passed over. */
+enum tw_status access_add_uses(struct store *store, const struct access_use *uses, size_t count,
+			       struct tw_error *error) TW_NODISCARD;
+
+#endif
