@@ -6,6 +6,13 @@
 static const char *const job_state_names[JOB_STATES] = {"queued", "running",   "succeeded",
 							"failed", "cancelled", "incomplete"};
 
+static const char *const job_cancel_names[JOB_CANCELS] = {"none", "asked", "deadline", "superseded", "unwanted"};
+
+const char *job_cancel_name(enum job_cancel cause)
+{
+	return job_cancel_names[cause < JOB_CANCELS ? cause : JOB_CANCEL_ASKED];
+}
+
 const char *job_state_name(enum job_state state)
 {
 	return job_state_names[state];

@@ -18,6 +18,7 @@
 #ifndef STORAGE_JOB_H
 #define STORAGE_JOB_H
 
+#include "storage/job_request.h"
 #include "storage/kind.h"
 
 /* The numbers stand in the store. */
@@ -53,12 +54,28 @@ struct job_failure {
 	char text[384];
 };
 
+/* Why a job was asked to stop. The numbers stand in the store. */
+enum job_cancel {
+	JOB_CANCEL_NONE,
+	JOB_CANCEL_ASKED,      /* by a client */
+	JOB_CANCEL_DEADLINE,   /* its time was up */
+	JOB_CANCEL_SUPERSEDED, /* by a later job */
+	JOB_CANCEL_UNWANTED,   /* nobody waits for it any more */
+	JOB_CANCELS
+};
+
+const char *job_cancel_name(enum job_cancel cause); /* "asked" */
+
 struct job {
 	char id[STORE_ID_SIZE];
 	char resource_id[STORE_ID_SIZE]; /* "" where it makes no resource */
 	enum job_kind kind;
 	enum job_state state;
 	bool cancel_requested;
+	enum job_cancel cancel_cause;
+	enum job_class class;
+	char group[JOB_WORD_SIZE]; /* "" where it has none */
+	uint32_t transient;   /* requests that it is made for; see job_cancel_unwanted. 0: whoever wants it stays */
 	uint32_t waiting_for; /* resources that it needs and that have not succeeded yet */
 	uint32_t attempts;    /* claims so far */
 	uint32_t attempts_max;
@@ -68,6 +85,7 @@ struct job {
 	char *partial;   /* owned, JSON; NULL where the job has no partial result */
 	char worker[64]; /* who has or had it */
 	int64_t created_ms, started_ms, finished_ms, lease_until_ms; /* 0 where it has not happened */
+	int64_t not_before_ms, cancel_at_ms;                         /* 0 where nobody said so */
 	int64_t change; /* grows with every change of any job in the store; see job_changes */
 	struct job_failure failure;
 };
@@ -91,6 +109,8 @@ struct job_ticket {
 	uint32_t attempt; /* 1 for the first */
 	char job_id[STORE_ID_SIZE];
 	char resource_id[STORE_ID_SIZE]; /* "" where it makes no resource */
+	char session[JOB_WORD_SIZE];     /* as the request said, "" for none */
+	int64_t affinity;
 };
 
 #endif

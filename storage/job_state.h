@@ -3,28 +3,10 @@
 #ifndef STORAGE_JOB_STATE_H
 #define STORAGE_JOB_STATE_H
 
+#include "storage/attempt.h"
 #include "storage/job.h"
+#include "storage/job_sql.h"
 #include "storage/tenant.h"
-
-#include <assert.h>
-
-/* The states in statements: literals rather than parameters, because partial indices are used for literals only. */
-#define SQL_QUEUED "0/*queued*/"
-#define SQL_RUNNING "1/*running*/"
-#define SQL_SUCCEEDED "2/*succeeded*/"
-#define SQL_FAILED "3/*failed*/"
-#define SQL_CANCELLED "4/*cancelled*/"
-#define SQL_INCOMPLETE "5/*incomplete*/"
-static_assert(JOB_QUEUED == 0 && JOB_RUNNING == 1 && JOB_SUCCEEDED == 2 && JOB_FAILED == 3 && JOB_CANCELLED == 4 &&
-		      JOB_INCOMPLETE == 5 && JOB_STATES == 6,
-	      "the literals above");
-
-/* As job_state_has_result says. */
-#define SQL_WITH_RESULT "(" SQL_SUCCEEDED ", " SQL_INCOMPLETE ")"
-/* Ended without the result that others wait for. */
-#define SQL_UNSUCCESSFUL "(" SQL_FAILED ", " SQL_CANCELLED ", " SQL_INCOMPLETE ")"
-/* Ended so that it may be tried again. */
-#define SQL_REDRIVABLE "(" SQL_FAILED ", " SQL_CANCELLED ")"
 
 /* A running job, as far as ending it has to know it. */
 struct job_run {
@@ -35,17 +17,25 @@ struct job_run {
 	bool cancel_requested;
 };
 
-/* Why a running job goes back into the queue: whether the attempt counts. */
-enum job_blame {
-	JOB_BLAMED,      /* it counts */
-	JOB_SPARED,      /* it does not */
-	JOB_INTERRUPTED, /* it does not either, but is remembered */
-};
-
 /* A new job of the resource that has this number, or of none where it is 0; queued, and waiting for what the resource
- * is made from. */
+ * is made from. *job is its number. What it supersedes is cancelled. */
 enum tw_status job_state_add(struct store *store, struct owner owner, int64_t resource, enum job_kind kind,
-			     int32_t priority, uint32_t attempts_max, struct tw_error *error) TW_NODISCARD;
+			     const struct job_request *request, int64_t *job, struct tw_error *error) TW_NODISCARD;
+
+/* What a second request for the same adds to an unfinished job: it is as urgent as the more urgent of the two, begins
+ * and is cancelled when the last of them would have it, and is superseded or let go of with neither. A queued job
+ * moves into the lane of the more urgent request. */
+enum tw_status job_state_join(struct store *store, struct owner owner, int64_t job, const struct job_request *request,
+			      struct tw_error *error) TW_NODISCARD;
+
+/* What the resource is made from and is yet to be made: it is as urgent as the request for the resource, and is neither
+ * cancelled at a time, nor superseded, nor let go of any more. */
+enum tw_status job_state_hasten_needs(struct store *store, struct owner owner, int64_t resource,
+				      const struct job_request *request, struct tw_error *error) TW_NODISCARD;
+
+/* failed or cancelled → queued, as job_state_redrive does it, but on the terms of a new request. */
+enum tw_status job_state_retry(struct store *store, struct owner owner, int64_t job, const struct job_request *request,
+			       struct tw_error *error) TW_NODISCARD;
 
 /* What the result of the resource's job will take: as usual for its kind, and as much again as its uploads and the
  * arrays of the first that it is made from, because it has an array for each of theirs or keeps them in another form.
@@ -65,9 +55,17 @@ enum tw_status job_state_check(struct store *store, const struct job_ticket *tic
 enum tw_status job_state_renew(struct store *store, const struct job_ticket *ticket, double progress, const char *stage,
 			       const char *partial, bool *cancel, struct tw_error *error) TW_NODISCARD;
 
-/* running → queued, to be claimed `pause_ms` from now, and where there is room for `room_bytes` (0: as before). */
-enum tw_status job_state_put_back(struct store *store, int64_t job, enum job_blame blame, int64_t pause_ms,
-				  uint64_t room_bytes, struct tw_error *error) TW_NODISCARD;
+/* Why and how a running job goes back into the queue. Only an attempt that failed or crashed counts. */
+struct job_return {
+	enum attempt_ending ending;
+	const struct tw_error *failure; /* may be NULL */
+	int64_t pause_ms;               /* it may be claimed so long from now */
+	uint64_t room_bytes;            /* and where there is room for so much; 0: as before */
+};
+
+/* running → queued. */
+enum tw_status job_state_put_back(struct store *store, int64_t job, const struct job_return *how,
+				  struct tw_error *error) TW_NODISCARD;
 
 /* running → queued, or failed with "attempts-exhausted", or cancelled: its worker died of it, or hung. */
 enum tw_status job_state_crash(struct store *store, const struct job_run *run, struct tw_error *error) TW_NODISCARD;
@@ -81,16 +79,20 @@ enum tw_status job_state_interrupt(struct store *store, const struct job_run *ru
 struct sql;
 void job_state_read_run(struct sql *q, struct job_run *run);
 
-/* queued → queued: those whose pause is over may be claimed. */
-enum tw_status job_state_end_pauses(struct store *store, int64_t now_ms, struct tw_error *error) TW_NODISCARD;
+/* queued → queued: those whose pause is over, or whose time has come, may be claimed; a bounded number of them, and
+ * *more is set where there may be others. */
+enum tw_status job_state_end_pauses(struct store *store, bool *more, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_state_end_delays(struct store *store, bool *more, struct tw_error *error) TW_NODISCARD;
 
 /* queued or running → a final state. Succeeded: what waited for it may go on; else what waited for it fails. `failure`
  * counts for failed only, and may be NULL. */
 enum tw_status job_state_end(struct store *store, int64_t job, enum job_state state, const struct tw_error *failure,
 			     struct tw_error *error) TW_NODISCARD;
 
-/* A running job is asked to stop: however it ends from now on, it ends as cancelled. */
-enum tw_status job_state_ask_to_stop(struct store *store, int64_t job, struct tw_error *error) TW_NODISCARD;
+/* A queued job is cancelled; a running one is asked to stop: however it ends from now on, it ends as cancelled. *state
+ * is what it is before the call, and after it. */
+enum tw_status job_state_cancel(struct store *store, int64_t job, enum job_cancel cause, enum job_state *state,
+				struct tw_error *error) TW_NODISCARD;
 
 /* failed or cancelled → queued, with fresh attempts, together with those failed or cancelled jobs whose resources it
  * needs. */

@@ -151,6 +151,21 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 	return status;
 }
 
+static enum tw_status find_oldest(struct store *store, enum job_class class, struct job_counts *counts,
+				  struct tw_error *error)
+{
+	int64_t now_ms = store_now_ms(store);
+	struct sql q = sql_query(store, "SELECT min(created_ms) FROM job INDEXED BY job_oldest WHERE class = ?"
+					" AND " SQL_READY);
+	sql_bind_int(&q, class);
+	int64_t created_ms = sql_step(&q) ? sql_int(&q) : 0;
+	int64_t age_ms = created_ms && created_ms < now_ms ? now_ms - created_ms : 0;
+	counts->oldest_of_class_ms[class] = age_ms;
+	if (age_ms > counts->oldest_ms)
+		counts->oldest_ms = age_ms;
+	return sql_end(&q, error);
+}
+
 enum tw_status job_count(struct store *store, struct job_counts *counts, struct tw_error *error)
 {
 	memset(counts, 0, sizeof *counts);
@@ -163,12 +178,9 @@ enum tw_status job_count(struct store *store, struct job_counts *counts, struct 
 	enum tw_status status = sql_end(&q, error);
 	if (status != TW_OK)
 		return status;
-	int64_t now_ms = store_now_ms(store);
-	q = sql_query(store, "SELECT min(created_ms) FROM job WHERE state = " SQL_QUEUED " AND waiting_for = 0");
-	int64_t oldest_ms = sql_step(&q) ? sql_int(&q) : 0;
-	if (oldest_ms && oldest_ms < now_ms)
-		counts->oldest_ms = now_ms - oldest_ms;
-	return sql_end(&q, error);
+	for (enum job_class class = JOB_INTERACTIVE; status == TW_OK && class < JOB_CLASSES_END; class ++)
+		status = find_oldest(store, class, counts, error);
+	return status;
 }
 
 /* A job by id, as far as cancelling and redriving have to know it. */
@@ -198,10 +210,7 @@ static enum tw_status cancel_one(struct store *store, int64_t tenant, const char
 		return tw_fail(error, TW_ERROR_CONFLICT, "job-finished", NULL,
 			       "the job %.64s has %s and cannot be cancelled", id,
 			       *state == JOB_CANCELLED ? "been cancelled" : job_state_name(*state));
-	if (*state == JOB_RUNNING)
-		return job_state_ask_to_stop(store, number, error);
-	*state = JOB_CANCELLED;
-	return job_state_end(store, number, JOB_CANCELLED, NULL, error);
+	return job_state_cancel(store, number, JOB_CANCEL_ASKED, state, error);
 }
 
 enum tw_status job_cancel(struct store *store, int64_t tenant, const char *id, enum job_state *state,

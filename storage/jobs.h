@@ -40,6 +40,7 @@ enum tw_status job_redrive(struct store *store, int64_t tenant, const char *id, 
 struct job_counts {
 	uint64_t by_state[JOB_STATES];
 	int64_t oldest_ms;
+	int64_t oldest_of_class_ms[JOB_CLASSES_END]; /* by enum job_class */
 };
 enum tw_status job_count(struct store *store, struct job_counts *counts, struct tw_error *error) TW_NODISCARD;
 

@@ -29,6 +29,13 @@ enum job_kind {
 
 enum { KIND_NEEDS_MAX = 2, KIND_HREF_SIZE = 128 };
 
+/* Who works on a kind of job. */
+enum job_pool {
+	JOB_POOL_WORKERS,
+	JOB_POOL_RIG,
+	JOB_POOLS,
+};
+
 /* What a resource is made from. */
 struct kind_need {
 	enum resource_kind kind;
@@ -60,7 +67,8 @@ struct job_kind_row {
 	enum job_kind kind;
 	const char *name;            /* "import_mesh" */
 	enum resource_kind resource; /* what it makes, or RESOURCE_NONE */
-	uint64_t room_bytes;         /* what its result takes beside what grows with its input, rounded up */
+	enum job_pool pool;
+	uint64_t room_bytes; /* what its result takes beside what grows with its input, rounded up */
 };
 
 const struct resource_kind_row *resource_kind_row(enum resource_kind kind);

@@ -3,163 +3,84 @@
  * index, however long the queue. */
 #include "storage/queue.h"
 
+#include "storage/due.h"
 #include "storage/job_state.h"
+#include "storage/pick.h"
 #include "storage/row.h"
 
-#include <string.h>
-
 enum {
-	RETRY_PAUSE_MS = 1000,   /* after a failed attempt; doubled by every one before */
+	RETRY_PAUSE_MS = 1000,   /* after a failed attempt, at least; doubled by every one before */
 	PUT_OFF_PAUSE_MS = 1000, /* after the store failed */
 };
 
-/* What a claim may find: the most urgent job. */
-struct candidate {
-	int64_t number;
-	int64_t priority;
-	bool found;
-};
-
-/* --- what is due ------------------------------------------------------------------------------------------------ */
-
-static enum tw_status anything_due(struct store *store, int64_t now_ms, bool *due, struct tw_error *error)
+/* A step at a time, so that others can write in between however many are due. */
+static enum tw_status end_what_is_due(struct store *store, bool *more, struct tw_error *error)
 {
-	struct sql q =
-		sql_query(store, "SELECT EXISTS (SELECT 1 FROM job INDEXED BY job_leased WHERE state = " SQL_RUNNING
-				 " AND lease_until_ms < ?1) OR EXISTS (SELECT 1 FROM job INDEXED BY job_put_off"
-				 " WHERE state = " SQL_QUEUED " AND not_before_ms > 0 AND not_before_ms <= ?1)");
-	sql_bind_int(&q, now_ms);
-	*due = sql_step(&q) && sql_int(&q);
-	return sql_end(&q, error);
-}
-
-static enum tw_status next_expired(struct store *store, int64_t now_ms, struct job_run *run, bool *found,
-				   struct tw_error *error)
-{
-	struct sql q = sql_query(store, "SELECT " JOB_RUN_COLUMNS " FROM job INDEXED BY job_leased"
-					" WHERE state = " SQL_RUNNING " AND lease_until_ms < ? LIMIT 1");
-	sql_bind_int(&q, now_ms);
-	*found = sql_step(&q);
-	if (*found)
-		job_state_read_run(&q, run);
-	return sql_end(&q, error);
-}
-
-/* Whose fault it is that a lease ran out: nobody's where the machine was started anew, or where the worker could not
- * renew it because the disk was full. */
-static enum tw_status expire(struct store *store, const struct job_run *run, struct tw_error *error)
-{
-	if (store_is_of_older_boot(store, run->lease_until_ms))
-		return job_state_interrupt(store, run, error);
-	if (sql_had_trouble(store) && !run->cancel_requested)
-		return job_state_put_back(store, run->number, JOB_SPARED, 0, 0, error);
-	return job_state_crash(store, run, error);
-}
-
-static enum tw_status expire_leases(struct store *store, int64_t now_ms, struct tw_error *error)
-{
-	for (;;) {
-		struct job_run run;
-		bool found = false;
-		enum tw_status status = next_expired(store, now_ms, &run, &found, error);
-		if (status == TW_OK && found)
-			status = expire(store, &run, error);
-		if (status != TW_OK || !found)
-			return status;
-	}
-}
-
-/* --- claiming --------------------------------------------------------------------------------------------------- */
-
-/* The most urgent of one kind that there is room for. A thousand that need more than there is are looked over. */
-static enum tw_status find_of_kind(struct store *store, enum job_kind kind, uint64_t room, struct candidate *best,
-				   struct tw_error *error)
-{
-	struct sql q = sql_query(
-		store, "SELECT number, priority FROM (SELECT number, priority, room_bytes FROM job"
-		       " INDEXED BY job_claimable WHERE kind = ? AND state = " SQL_QUEUED
-		       " AND waiting_for = 0 AND not_before_ms = 0 ORDER BY priority DESC, number LIMIT 1000) f"
-		       " WHERE room_bytes <= ? LIMIT 1");
-	sql_bind_int(&q, kind);
-	sql_bind_int(&q, room < INT64_MAX ? (int64_t)room : INT64_MAX);
-	if (sql_step(&q)) {
-		int64_t number = sql_int(&q);
-		int64_t priority = sql_int(&q);
-		if (!best->found || priority > best->priority || (priority == best->priority && number < best->number))
-			*best = (struct candidate){number, priority, true};
-	}
-	return sql_end(&q, error);
-}
-
-static enum tw_status find_first(struct store *store, unsigned kinds, struct candidate *best, struct tw_error *error)
-{
-	uint64_t room = 0;
-	*best = (struct candidate){0};
-	enum tw_status status = sql_room(store, &room, error);
-	for (enum job_kind kind = 0; status == TW_OK && kind < JOB_KINDS; kind++)
-		if (kinds & JOB_KIND_BIT(kind))
-			status = find_of_kind(store, kind, room, best, error);
-	return status;
-}
-
-static enum tw_status look(struct store *store, unsigned kinds, int64_t now_ms, bool *found, struct tw_error *error)
-{
-	struct candidate best;
-	enum tw_status status = anything_due(store, now_ms, found, error);
-	if (status != TW_OK || *found)
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status != TW_OK)
 		return status;
-	status = find_first(store, kinds, &best, error);
-	*found = best.found;
-	return status;
-}
-
-static enum tw_status end_what_is_due(struct store *store, int64_t now_ms, struct tw_error *error)
-{
-	enum tw_status status = expire_leases(store, now_ms, error);
-	return status == TW_OK ? job_state_end_pauses(store, now_ms, error) : status;
+	status = due_end(store, more, error);
+	return transaction_end(store, status, error);
 }
 
 enum tw_status job_expire(struct store *store, struct tw_error *error)
 {
-	bool due = false;
-	int64_t now_ms = store_lease_now_ms(store);
-	enum tw_status status = anything_due(store, now_ms, &due, error);
-	if (status != TW_OK || !due)
+	bool more = false;
+	enum tw_status status = due_any(store, &more, error);
+	while (status == TW_OK && more)
+		status = end_what_is_due(store, &more, error);
+	return status;
+}
+
+enum tw_status job_next_due(struct store *store, int64_t *wait_ms, struct tw_error *error)
+{
+	return due_next(store, wait_ms, error);
+}
+
+/* --- claiming --------------------------------------------------------------------------------------------------- */
+
+static enum tw_status find_and_take(struct store *store, const struct claim_query *query, uint64_t room, bool due,
+				    struct pick *pick, struct job_ticket *ticket, struct tw_error *error)
+{
+	bool more = false;
+	enum tw_status status = due ? due_end(store, &more, error) : TW_OK;
+	if (status == TW_OK)
+		status = pick_find(store, query, room, pick, error);
+	if (status != TW_OK || !pick->job)
 		return status;
-	status = transaction_begin(store, false, error);
+	status = job_state_take(store, pick->job, query->worker, ticket, error);
+	return status == TW_OK ? pick_taken(store, query, pick, error) : status;
+}
+
+static enum tw_status try_to_take(struct store *store, const struct claim_query *query, uint64_t room, bool due,
+				  struct pick *pick, struct job_ticket *ticket, struct tw_error *error)
+{
+	enum tw_status status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	status = end_what_is_due(store, now_ms, error);
+	status = find_and_take(store, query, room, due, pick, ticket, error);
 	return transaction_end(store, status, error);
 }
 
-static enum tw_status take_first(struct store *store, unsigned kinds, const char *worker, struct job_ticket *ticket,
-				 bool *found, struct tw_error *error)
+enum tw_status job_claim(struct store *store, const struct claim_query *query, struct job_ticket *ticket, bool *found,
+			 struct tw_error *error)
 {
-	struct candidate best;
-	enum tw_status status = find_first(store, kinds, &best, error);
-	*found = best.found;
-	return status == TW_OK && best.found ? job_state_take(store, best.number, worker, ticket, error) : status;
-}
-
-enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker, int64_t lease_ms,
-			 struct job_ticket *ticket, bool *found, struct tw_error *error)
-{
-	int64_t now_ms = store_lease_now_ms(store);
-	memset(ticket, 0, sizeof *ticket);
-	ticket->lease_ms = lease_ms;
-	enum tw_status status = look(store, kinds, now_ms, found, error);
-	if (status != TW_OK || !*found)
-		return status;
+	bool due = false;
+	uint64_t room = 0;
+	struct pick pick = {0};
 	*found = false;
-	status = transaction_begin(store, false, error);
-	if (status != TW_OK)
-		return status;
-	status = end_what_is_due(store, now_ms, error);
+	*ticket = (struct job_ticket){.lease_ms = query->lease_ms};
+	enum tw_status status = due_any(store, &due, error);
 	if (status == TW_OK)
-		status = take_first(store, kinds, worker, ticket, found, error);
-	status = transaction_end(store, status, error);
-	*found = *found && status == TW_OK;
+		status = sql_room(store, &room, error);
+	if (status == TW_OK && !due)
+		status = pick_look(store, query, room, &pick, error);
+	if (status != TW_OK || (!due && !pick.job && !pick.stale))
+		return status;
+	do
+		status = try_to_take(store, query, room, due, &pick, ticket, error);
+	while (status == TW_OK && !pick.job && pick.stale);
+	*found = status == TW_OK && pick.job;
 	return status;
 }
 
@@ -180,14 +101,12 @@ static enum tw_status take_of_resource(struct store *store, const char *resource
 enum tw_status job_claim_resource(struct store *store, const char *resource_id, const char *worker, int64_t lease_ms,
 				  struct job_ticket *ticket, bool *found, struct tw_error *error)
 {
-	int64_t now_ms = store_lease_now_ms(store);
 	*found = false;
-	memset(ticket, 0, sizeof *ticket);
-	ticket->lease_ms = lease_ms;
+	*ticket = (struct job_ticket){.lease_ms = lease_ms};
 	enum tw_status status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	status = expire_leases(store, now_ms, error);
+	status = due_expire_leases(store, error);
 	if (status == TW_OK)
 		status = take_of_resource(store, resource_id, worker, ticket, found, error);
 	status = transaction_end(store, status, error);
@@ -264,6 +183,15 @@ enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, 
 	return status;
 }
 
+/* What failed together is not tried again together: up to half as long again, by a hash of job and attempt, so that the
+ * same job waits the same time wherever it runs. */
+static int64_t retry_pause_ms(int64_t job, int64_t attempt)
+{
+	int64_t pause_ms = (int64_t)RETRY_PAUSE_MS << (attempt < 10 ? attempt - 1 : 9);
+	uint64_t mixed = ((uint64_t)job + (uint64_t)attempt * 0x9e3779b97f4a7c15) * 0xbf58476d1ce4e5b9;
+	return pause_ms + (int64_t)((mixed >> 32) % (uint64_t)(pause_ms / 2));
+}
+
 static enum tw_status fail_one(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,
 			       bool retry, struct tw_error *error)
 {
@@ -275,8 +203,9 @@ static enum tw_status fail_one(struct store *store, const struct job_ticket *tic
 		return job_state_end(store, run.number, JOB_CANCELLED, NULL, error);
 	if (!retry || run.attempts >= run.attempts_max)
 		return job_state_end(store, run.number, JOB_FAILED, failure, error);
-	int doublings = run.attempts < 10 ? (int)run.attempts - 1 : 9;
-	return job_state_put_back(store, run.number, JOB_BLAMED, (int64_t)RETRY_PAUSE_MS << doublings, 0, error);
+	const struct job_return how = {
+		.ending = ATTEMPT_FAILED, .failure = failure, .pause_ms = retry_pause_ms(run.number, run.attempts)};
+	return job_state_put_back(store, run.number, &how, error);
 }
 
 enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,
@@ -289,34 +218,31 @@ enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, co
 	return transaction_end(store, status, error);
 }
 
-static enum tw_status give_back(struct store *store, const struct job_ticket *ticket, int64_t pause_ms,
-				uint64_t room_bytes, struct tw_error *error)
+static enum tw_status give_back(struct store *store, const struct job_ticket *ticket, const struct job_return *how,
+				struct tw_error *error)
 {
 	struct job_run run;
-	enum tw_status status = job_state_check(store, ticket, &run, error);
+	enum tw_status status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	return run.cancel_requested ? job_state_end(store, run.number, JOB_CANCELLED, NULL, error)
-				    : job_state_put_back(store, run.number, JOB_SPARED, pause_ms, room_bytes, error);
+	status = job_state_check(store, ticket, &run, error);
+	if (status == TW_OK)
+		status = run.cancel_requested ? job_state_end(store, run.number, JOB_CANCELLED, NULL, error)
+					      : job_state_put_back(store, run.number, how, error);
+	return transaction_end(store, status, error);
 }
 
 enum tw_status job_release(struct store *store, const struct job_ticket *ticket, struct tw_error *error)
 {
-	enum tw_status status = transaction_begin(store, false, error);
-	if (status != TW_OK)
-		return status;
-	status = give_back(store, ticket, 0, 0, error);
-	return transaction_end(store, status, error);
+	return give_back(store, ticket, &(struct job_return){.ending = ATTEMPT_RELEASED}, error);
 }
 
 enum tw_status job_put_off(struct store *store, const struct job_ticket *ticket, uint64_t room_bytes,
 			   struct tw_error *error)
 {
-	enum tw_status status = transaction_begin(store, false, error);
-	if (status != TW_OK)
-		return status;
-	status = give_back(store, ticket, PUT_OFF_PAUSE_MS, room_bytes, error);
-	return transaction_end(store, status, error);
+	const struct job_return how = {
+		.ending = ATTEMPT_PUT_OFF, .pause_ms = PUT_OFF_PAUSE_MS, .room_bytes = room_bytes};
+	return give_back(store, ticket, &how, error);
 }
 
 static enum tw_status next_of_worker(struct store *store, const char *worker, struct job_run *run, bool *found,

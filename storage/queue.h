@@ -11,22 +11,29 @@
 #ifndef STORAGE_QUEUE_H
 #define STORAGE_QUEUE_H
 
+#include "storage/claim.h"
 #include "storage/job.h"
 #include "storage/result.h"
 
-/* Takes the most urgent job (highest priority, then oldest) of the kinds, for `lease_ms`. Leases that have run out are
- * put back first. Where there is no room for what a job is expected to leave, it is passed over, and claimed when there
- * is. `*found` false when there is none. An idle call takes no write lock. */
-enum tw_status job_claim(struct store *store, unsigned kinds, const char *worker, int64_t lease_ms,
-			 struct job_ticket *ticket, bool *found, struct tw_error *error) TW_NODISCARD;
+/* Takes the first job of the kinds and classes, in the order that job_request.h promises, for `lease_ms`. What is due
+ * is seen to first (job_expire). Where there is no room for what a job is expected to leave, it is passed over, and
+ * claimed when there is. `*found` false when there is none. An idle call takes no write lock. */
+enum tw_status job_claim(struct store *store, const struct claim_query *query, struct job_ticket *ticket, bool *found,
+			 struct tw_error *error) TW_NODISCARD;
 
 /* Takes the job that makes this resource, where it is queued or its lease has run out; *found is false where it is not.
  */
 enum tw_status job_claim_resource(struct store *store, const char *resource_id, const char *worker, int64_t lease_ms,
 				  struct job_ticket *ticket, bool *found, struct tw_error *error) TW_NODISCARD;
 
-/* Puts back what a claim would put back first: for a service whose workers are all busy, or none. */
+/* Sees to all that is due: leases that have run out are put back, those whose pause is over or whose time has come may
+ * be claimed, those whose deadline has passed are cancelled. A claim does so too, a step at a time; this is for a
+ * service whose workers are all busy, or none. */
 enum tw_status job_expire(struct store *store, struct tw_error *error) TW_NODISCARD;
+
+/* In how many milliseconds something is due: who has found nothing to claim need not look again before, unless told
+ * that there is something new. 0: now; -1: nothing is awaited. */
+enum tw_status job_next_due(struct store *store, int64_t *wait_ms, struct tw_error *error) TW_NODISCARD;
 
 /* Renews the lease and tells progress. `stage` and `partial` (JSON) may be NULL: unchanged. `*cancel` is set when
  * somebody asked the job to stop. TW_ERROR_CONFLICT "lease-lost". */
@@ -44,8 +51,8 @@ enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, 
 			  struct tw_error *error) TW_NODISCARD;
 
 /* Ends the job as failed because of `failure`. With `retry` it goes back to the queue, after a pause that doubles with
- * each attempt, unless its attempts are used; the attempt counts. TW_ERROR_CANCELLED as the failure's status ends it as
- * cancelled. */
+ * each attempt (and is up to half as long again, so that what failed together is not tried again together), unless its
+ * attempts are used; the attempt counts. TW_ERROR_CANCELLED as the failure's status ends it as cancelled. */
 enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,
 			bool retry, struct tw_error *error) TW_NODISCARD;
 

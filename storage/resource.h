@@ -48,8 +48,7 @@ struct resource_draft {
 	const char *const *uploads; /* ids of sealed uploads; the resource takes them over */
 	size_t upload_count;
 	const char *idempotency_key; /* may be NULL */
-	int32_t priority;            /* higher is claimed earlier; 0 is usual */
-	uint32_t attempts_max;       /* 0 for the default of 3 */
+	struct job_request queue;    /* how the job that makes it is queued */
 };
 
 #endif

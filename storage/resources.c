@@ -13,8 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ATTEMPTS_DEFAULT = 3 };
-
 /* --- reading ---------------------------------------------------------------------------------------------------- */
 
 static enum tw_status read_by_id(struct store *store, int64_t tenant, int kind, const char *id,
@@ -264,7 +262,7 @@ static enum tw_status insert_resource(struct store *store, const char *id, const
 static enum tw_status insert_all(struct store *store, const char *id, const struct resource_draft *draft,
 				 struct tw_error *error)
 {
-	int64_t number = 0;
+	int64_t number = 0, job = 0;
 	enum tw_status status =
 		key_check_limits(store, draft->owner.client, true, draft->options ? strlen(draft->options) : 0, error);
 	if (status == TW_OK)
@@ -272,9 +270,10 @@ static enum tw_status insert_all(struct store *store, const char *id, const stru
 	if (status == TW_OK)
 		status = insert_needs(store, number, draft, error);
 	if (status == TW_OK)
-		status =
-			job_state_add(store, draft->owner, number, resource_kind_row(draft->kind)->job, draft->priority,
-				      draft->attempts_max ? draft->attempts_max : ATTEMPTS_DEFAULT, error);
+		status = job_state_add(store, draft->owner, number, resource_kind_row(draft->kind)->job, &draft->queue,
+				       &job, error);
+	if (status == TW_OK && draft->need_count)
+		status = job_state_hasten_needs(store, draft->owner, number, &draft->queue, error);
 	if (status == TW_OK)
 		status = take_uploads(store, number, draft, error);
 	return status == TW_OK ? job_state_expect_room(store, number, error) : status;
@@ -330,26 +329,38 @@ static enum tw_status exists(struct store *store, const char *id, bool *found, s
 	return sql_end(&q, error);
 }
 
-/* Equal content is there already: nothing to do, unless it failed the last time. */
+static enum tw_status find_job(struct store *store, const char *id, int64_t *job, enum job_state *state,
+			       struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT j.number, j.state FROM job j JOIN resource r ON r.number = j.resource"
+					" WHERE r.id = ?");
+	sql_bind_text(&q, id);
+	if (sql_step(&q)) {
+		*job = sql_int(&q);
+		*state = (enum job_state)sql_int(&q);
+	}
+	return sql_end(&q, error);
+}
+
+/* Equal content is there already: nothing to do, unless it failed the last time, or is yet to be made and more urgent
+ * now. */
 static enum tw_status use_again(struct store *store, const char *id, const struct resource_draft *draft,
 				enum resource_outcome *outcome, struct tw_error *error)
 {
-	int64_t failed = 0;
+	int64_t job = 0;
+	enum job_state state = JOB_SUCCEEDED;
 	*outcome = RESOURCE_EXISTED;
 	enum tw_status status = discard_uploads(store, draft, error);
-	if (status != TW_OK)
-		return status;
-	struct sql q = sql_query(store, "SELECT j.number FROM job j JOIN resource r ON r.number = j.resource"
-					" WHERE r.id = ? AND j.state IN " SQL_REDRIVABLE);
-	sql_bind_text(&q, id);
-	if (sql_step(&q))
-		failed = sql_int(&q);
-	status = sql_end(&q, error);
-	if (status != TW_OK || !failed || !resource_kind_row(draft->kind)->addressed)
+	if (status == TW_OK)
+		status = find_job(store, id, &job, &state, error);
+	if (status == TW_OK && !job_state_is_final(state))
+		return job_state_join(store, draft->owner, job, &draft->queue, error);
+	bool may_retry = state == JOB_FAILED || state == JOB_CANCELLED;
+	if (status != TW_OK || !may_retry || !resource_kind_row(draft->kind)->addressed)
 		return status;
 	*outcome = RESOURCE_RETRIED;
 	status = key_check_limits(store, draft->owner.client, true, 0, error);
-	return status == TW_OK ? job_state_redrive(store, failed, error) : status;
+	return status == TW_OK ? job_state_retry(store, draft->owner, job, &draft->queue, error) : status;
 }
 
 /* The id that a draft has by its content, or a new one. */

@@ -10,7 +10,8 @@ void row_read_job(struct sql *q, struct job *job)
 	sql_copy_text(q, job->resource_id, sizeof job->resource_id);
 	job->kind = (enum job_kind)sql_int(q);
 	job->state = (enum job_state)sql_int(q);
-	job->cancel_requested = sql_int(q);
+	job->cancel_cause = (enum job_cancel)sql_int(q);
+	job->cancel_requested = job->cancel_cause != JOB_CANCEL_NONE;
 	job->waiting_for = (uint32_t)sql_int(q);
 	job->attempts = (uint32_t)sql_int(q);
 	job->attempts_max = (uint32_t)sql_int(q);
@@ -28,6 +29,11 @@ void row_read_job(struct sql *q, struct job *job)
 	sql_copy_text(q, job->failure.type, sizeof job->failure.type);
 	sql_copy_text(q, job->failure.where, sizeof job->failure.where);
 	sql_copy_text(q, job->failure.text, sizeof job->failure.text);
+	job->class = (enum job_class)sql_int(q);
+	job->transient = (uint32_t)sql_int(q);
+	job->not_before_ms = sql_int(q);
+	job->cancel_at_ms = sql_int(q);
+	sql_copy_text(q, job->group, sizeof job->group);
 }
 
 void row_read_resource(struct sql *q, struct resource *resource)

@@ -9,7 +9,9 @@
 #define ROW_JOB_COLUMNS                                                                                                \
 	"j.id, r.id, j.kind, j.state, j.cancel_requested, j.waiting_for, j.attempts, j.attempts_max, j.priority,"      \
 	" j.progress, j.stage, j.partial, j.worker, j.created_ms, j.started_ms, j.finished_ms, j.lease_until_ms,"      \
-	" j.change, j.failure_status, j.failure_type, j.failure_where, j.failure_text"
+	" j.change, j.failure_status, j.failure_type, j.failure_where, j.failure_text, j.class, j.transient,"          \
+	" j.not_before_ms, j.cancel_at_ms,"                                                                            \
+	" (SELECT g.name FROM lane l JOIN job_group g ON g.number = l.job_group WHERE l.number = j.lane)"
 #define ROW_RESOURCE_COLUMNS_BUT(options)                                                                              \
 	"r.id, r.tenant, r.client, r.kind, r.version, r.name, " options ", r.summary, r.created_ms, " ROW_JOB_COLUMNS
 #define ROW_RESOURCE_COLUMNS ROW_RESOURCE_COLUMNS_BUT("r.options")

@@ -276,7 +276,11 @@ static const char counts_and_clock[] =
 
 enum { TEXTS_MAX = 4 };
 static const char *const migrations[SCHEMA_VERSION][TEXTS_MAX] = {
-	{resources_and_queue}, {rig}, {upload_hash_state}, {kinds, counts_and_clock}, {schema_tenants, schema_usage},
+	{resources_and_queue},
+	{rig},
+	{upload_hash_state},
+	{kinds, counts_and_clock},
+	{schema_tenants, schema_queue, schema_queue_jobs, schema_usage},
 };
 
 static int read_pragma(sqlite3 *db, const char *pragma, int64_t *value)

@@ -63,6 +63,11 @@ bool sql_step(struct sql *q)
 	return code == SQLITE_ROW;
 }
 
+bool sql_is_null(const struct sql *q)
+{
+	return sqlite3_column_type(q->statement, q->column) == SQLITE_NULL;
+}
+
 int64_t sql_int(struct sql *q)
 {
 	return sqlite3_column_int64(q->statement, q->column++);

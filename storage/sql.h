@@ -50,6 +50,7 @@ void sql_bind_bytes(struct sql *q, const void *bytes, uint64_t size); /* borrowe
 bool sql_step(struct sql *q);
 
 /* The next column of the row. Text and bytes are borrowed until the next step; text may be NULL. */
+bool sql_is_null(const struct sql *q); /* of the next column, which stays the next */
 int64_t sql_int(struct sql *q);
 double sql_real(struct sql *q);
 const char *sql_text(struct sql *q);

@@ -125,8 +125,10 @@ static enum tw_status claim(struct rig *rig, struct tw_error *error)
 {
 	bool found = false;
 	struct recording *r = &rig->recording;
-	enum tw_status status =
-		job_claim(rig->store, JOB_KIND_BIT(JOB_RECORD), RIG_WORKER, LEASE_MS, &r->ticket, &found, error);
+	enum tw_status status = job_claim(
+		rig->store,
+		&(struct claim_query){.kinds = JOB_KIND_BIT(JOB_RECORD), .worker = RIG_WORKER, .lease_ms = LEASE_MS},
+		&r->ticket, &found, error);
 	if (status != TW_OK || !found)
 		return status;
 	struct tw_error failure;

@@ -251,7 +251,10 @@ static enum tw_status work_until_stopped(struct worker *worker, struct tw_error 
 		*error = (struct tw_error){0};
 		enum tw_status status = store_check_place(worker->store, error);
 		if (status == TW_OK)
-			status = job_claim(worker->store, worker->kinds, worker->name, worker->settings->lease_ms,
+			status = job_claim(worker->store,
+					   &(struct claim_query){.kinds = worker->kinds,
+								 .worker = worker->name,
+								 .lease_ms = worker->settings->lease_ms},
 					   &ticket, &found, error);
 		if (status != TW_OK && is_gone_store(error))
 			return status;

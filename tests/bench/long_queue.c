@@ -41,7 +41,9 @@ struct times {
 static int claim(struct store *store, unsigned kinds, struct job_ticket *ticket)
 {
 	bool found = false;
-	return job_claim(store, kinds, "bench", 60000, ticket, &found, NULL) != TW_OK || !found;
+	return job_claim(store, &(struct claim_query){.kinds = kinds, .worker = "bench", .lease_ms = 60000}, ticket,
+			 &found, NULL) != TW_OK ||
+	       !found;
 }
 
 static int list(struct store *store, enum job_state state)

@@ -24,8 +24,9 @@ static int take_and_answer(struct store *store)
 	if (resource_create(store, &draft, &resource, &outcome, NULL))
 		return 1;
 	resource_clear(&resource);
-	return job_claim(store, JOB_KINDS_ALL, "bench", 10000, &ticket, &found, NULL) || !found ||
-	       job_finish(store, &ticket, &result, NULL);
+	return job_claim(store, &(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = "bench", .lease_ms = 10000},
+			 &ticket, &found, NULL) ||
+	       !found || job_finish(store, &ticket, &result, NULL);
 }
 
 int main(void)
@@ -46,7 +47,10 @@ int main(void)
 	double order_s = (bench_wall_seconds() - start) / ORDERS;
 	start = bench_seconds();
 	for (int i = 0; i < 1000 && !failed; i++)
-		failed = job_claim(store, JOB_KINDS_ALL, "bench", 10000, &ticket, &found, NULL) || found;
+		failed = job_claim(store,
+				   &(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = "bench", .lease_ms = 10000},
+				   &ticket, &found, NULL) ||
+			 found;
 	double idle_s = (bench_seconds() - start) / 1000;
 	store_close(store);
 	if (!failed) {

@@ -412,7 +412,9 @@ static void a_job_without_a_resource_is_shown_like_any_other(void **state)
 	char target[128];
 	assert_int_equal(store_open(&store, f->url, &error), TW_OK);
 	assert_int_equal(transaction_begin(store, true, &error), TW_OK);
-	enum tw_status status = job_state_add(store, OWNER_DEFAULT, 0, JOB_COMPUTE_LAYOUT, 0, 3, &error);
+	int64_t number = 0;
+	enum tw_status status =
+		job_state_add(store, OWNER_DEFAULT, 0, JOB_COMPUTE_LAYOUT, &(struct job_request){0}, &number, &error);
 	assert_int_equal(transaction_end(store, status, &error), TW_OK);
 	store_close(store);
 	assert_int_equal(ask(f, "GET", "/v1/jobs?state=queued", NULL), 200);

@@ -443,7 +443,9 @@ static void only_the_leases_of_dead_workers_are_ended(void **state)
 		struct job_ticket ticket;
 		bool found = false;
 		create(f, (struct resource_draft){.kind = RESOURCE_LAYOUT}, id);
-		ok(f, job_claim(f->store, JOB_KINDS_ALL, names[i], 60000, &ticket, &found, &f->error));
+		ok(f, job_claim(f->store,
+				&(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = names[i], .lease_ms = 60000},
+				&ticket, &found, &f->error));
 		assert_true(found);
 	}
 	ok(f, worker_abandon_dead(f->store, &f->error));

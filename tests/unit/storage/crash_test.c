@@ -50,7 +50,10 @@ static void work(const struct fixture *f)
 		struct job_ticket ticket;
 		bool found = false;
 		bool cancel;
-		if (job_claim(store, JOB_KINDS_ALL, name, LEASE_MS, &ticket, &found, NULL) != TW_OK || !found) {
+		if (job_claim(store,
+			      &(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = name, .lease_ms = LEASE_MS},
+			      &ticket, &found, NULL) != TW_OK ||
+		    !found) {
 			sleep_ms(2);
 			continue;
 		}
@@ -74,8 +77,10 @@ static void work(const struct fixture *f)
 static void produce(const struct fixture *f)
 {
 	struct store *store = NULL;
-	struct resource_draft draft = {
-		.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .options = "{\"terminals\":[]}", .attempts_max = 1000};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT,
+				       .kind = RESOURCE_LAYOUT,
+				       .options = "{\"terminals\":[]}",
+				       .queue.attempts_max = 1000};
 	if (store_open(&store, f->url, NULL) != TW_OK)
 		_exit(8);
 	for (;;) {

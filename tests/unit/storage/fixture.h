@@ -155,7 +155,8 @@ static inline struct job_ticket fixture_claim(struct fixture *f)
 {
 	struct job_ticket ticket;
 	bool found = false;
-	ok(f, job_claim(f->store, JOB_KINDS_ALL, "tester", 5000, &ticket, &found, &f->error));
+	ok(f, job_claim(f->store, &(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = "tester", .lease_ms = 5000},
+			&ticket, &found, &f->error));
 	assert_true(found);
 	return ticket;
 }
@@ -164,7 +165,8 @@ static inline bool fixture_nothing_to_claim(struct fixture *f)
 {
 	struct job_ticket ticket;
 	bool found = true;
-	ok(f, job_claim(f->store, JOB_KINDS_ALL, "tester", 5000, &ticket, &found, &f->error));
+	ok(f, job_claim(f->store, &(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = "tester", .lease_ms = 5000},
+			&ticket, &found, &f->error));
 	return !found;
 }
 

@@ -32,7 +32,8 @@ static int any_clock(void **state)
 static struct job_ticket claim(struct fixture *f, const char *worker, int64_t lease_ms, bool *found)
 {
 	struct job_ticket ticket;
-	ok(f, job_claim(f->store, JOB_KINDS_ALL, worker, lease_ms, &ticket, found, &f->error));
+	ok(f, job_claim(f->store, &(struct claim_query){.kinds = JOB_KINDS_ALL, .worker = worker, .lease_ms = lease_ms},
+			&ticket, found, &f->error));
 	return ticket;
 }
 
@@ -81,7 +82,7 @@ static void a_jump_of_the_wall_clock_changes_no_pause_and_sweeps_no_upload(void 
 	ok(f, upload_find(f->store, TENANT_DEFAULT, upload_id(upload), &blob, &sealed, &f->error));
 	upload_free(upload);
 	wall_jump_s = -DAY_S;
-	usleep(1200000);
+	usleep(1700000);
 	ticket = claim(f, "second", 30000, &found);
 	assert_true(found);
 	assert_int_equal(ticket.attempt, 2);

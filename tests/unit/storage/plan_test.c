@@ -122,7 +122,9 @@ static void record(struct fixture *f)
 	struct job_ticket ticket;
 	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
 	ok(f, rig_put(f->store, &rig, &f->error));
-	ok(f, job_claim(f->store, JOB_KIND_BIT(JOB_RECORD), "rig", 5000, &ticket, &found, &f->error));
+	ok(f, job_claim(f->store,
+			&(struct claim_query){.kinds = JOB_KIND_BIT(JOB_RECORD), .worker = "rig", .lease_ms = 5000},
+			&ticket, &found, &f->error));
 	assert_true(found);
 	bool resumed;
 	ok(f, recording_begin(f->store, &ticket, &course, &resumed, &f->error));

@@ -15,7 +15,7 @@ static void claim_takes_the_most_urgent_then_the_oldest(void **state)
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, ids[1]);
 	struct resource urgent;
 	enum resource_outcome outcome;
-	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .priority = 5};
+	struct resource_draft draft = {.owner = OWNER_DEFAULT, .kind = RESOURCE_LAYOUT, .queue.priority = 5};
 	ok(f, resource_create(f->store, &draft, &urgent, &outcome, &f->error));
 	struct job_ticket first = fixture_claim(f);
 	struct job_ticket second = fixture_claim(f);
@@ -42,9 +42,14 @@ static void claim_takes_only_the_kinds_asked_for(void **state)
 	struct job_ticket ticket;
 	bool found;
 	fixture_create(f, RESOURCE_RECORDING, NULL, NULL, NULL, id);
-	ok(f, job_claim(f->store, JOB_KINDS_ALL & ~JOB_KIND_BIT(JOB_RECORD), "w", 5000, &ticket, &found, &f->error));
+	ok(f, job_claim(f->store,
+			&(struct claim_query){
+				.kinds = JOB_KINDS_ALL & ~JOB_KIND_BIT(JOB_RECORD), .worker = "w", .lease_ms = 5000},
+			&ticket, &found, &f->error));
 	assert_false(found);
-	ok(f, job_claim(f->store, JOB_KIND_BIT(JOB_RECORD), "rig", 5000, &ticket, &found, &f->error));
+	ok(f, job_claim(f->store,
+			&(struct claim_query){.kinds = JOB_KIND_BIT(JOB_RECORD), .worker = "rig", .lease_ms = 5000},
+			&ticket, &found, &f->error));
 	assert_true(found);
 	assert_int_equal(ticket.kind, RESOURCE_RECORDING);
 }
@@ -148,7 +153,7 @@ static void a_retry_waits_longer_each_time_and_ends(void **state)
 		ok(f, job_fail(f->store, &ticket, &failure, true, &f->error));
 		f->now_ms += pause_ms - 1;
 		assert_true(fixture_nothing_to_claim(f));
-		f->now_ms += 1;
+		f->now_ms += pause_ms / 2;
 	}
 	struct job_ticket last = fixture_claim(f);
 	ok(f, job_fail(f->store, &last, &failure, true, &f->error));
@@ -548,9 +553,11 @@ static void a_job_without_a_resource_runs_like_any_other(void **state)
 {
 	struct fixture *f = *state;
 	struct job job;
+	int64_t number = 0;
+	const struct job_request request = {.attempts_max = 2};
 	ok(f, transaction_begin(f->store, true, &f->error));
-	ok(f, transaction_end(f->store, job_state_add(f->store, OWNER_DEFAULT, 0, JOB_COMPUTE_LAYOUT, 0, 2, &f->error),
-			      &f->error));
+	ok(f, job_state_add(f->store, OWNER_DEFAULT, 0, JOB_COMPUTE_LAYOUT, &request, &number, &f->error));
+	ok(f, transaction_end(f->store, TW_OK, &f->error));
 	struct tw_error failure = {TW_ERROR_INPUT, "no-such-thing", "", "nothing"};
 	struct job_ticket ticket = fixture_claim(f);
 	assert_string_equal(ticket.resource_id, "");
@@ -577,8 +584,11 @@ static void a_job_of_an_unknown_kind_is_shown_and_left_alone(void **state)
 	struct job job;
 	assert_int_equal(
 		sqlite3_exec(f->oracle,
-			     "INSERT INTO job(id, kind, attempts_max, created_ms) VALUES ('job_new', 77, 3, 5)", NULL,
-			     NULL, NULL),
+			     "INSERT INTO share(number, tenant, client, pool, class, open) VALUES (1, 1, 0, 0, 2, 1);"
+			     "INSERT INTO lane(number, share, kind, head_number) VALUES (1, 1, 77, 1);"
+			     "INSERT INTO job(id, kind, attempts_max, created_ms, lane)"
+			     " VALUES ('job_new', 77, 3, 5, 1)",
+			     NULL, NULL, NULL),
 		SQLITE_OK);
 	assert_true(fixture_nothing_to_claim(f));
 	ok(f, job_list(f->store, &(struct job_query){.tenant = TENANT_DEFAULT, .limit = 10}, &page, &f->error));
@@ -620,8 +630,9 @@ static void a_long_queue_costs_no_more(void **state)
 				" INSERT INTO resource(number, id, kind, name, options, created_ms)"
 				" SELECT i, 'layout_' || i, 3, '', '{}', 1 FROM n WHERE NOT EXISTS"
 				" (SELECT 1 FROM resource WHERE number = 1000);"
-				"INSERT INTO job(id, resource, kind, attempts_max, created_ms, change)"
-				" SELECT 'job_' || number, number, 3, 3, 1, -number FROM resource WHERE number >= 1000"
+				"INSERT INTO job(id, resource, kind, attempts_max, created_ms, lane, change)"
+				" SELECT 'job_' || number, number, 3, 3, 1, (SELECT number FROM lane WHERE kind = 3),"
+				" -number FROM resource WHERE number >= 1000"
 				" AND NOT EXISTS (SELECT 1 FROM job WHERE resource = resource.number)",
 				NULL, NULL, NULL),
 			SQLITE_OK);
