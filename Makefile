@@ -56,6 +56,15 @@ CXXFLAGS_ALL = -std=gnu++17 $(common) $(warnings) $(package_cflags) $(CXXFLAGS)
 flags.solver/field/strain.c := -O3 -fno-math-errno -fno-trapping-math
 flags.solver/field/strain_mean.c := $(flags.solver/field/strain.c)
 flags.solver/field/strip.c := $(flags.solver/field/strain.c)
+# Kernels once for each instruction set; which of them runs is decided at run time (solver/linear/isa.h).
+ifeq ($(shell uname -m),x86_64)
+flags.avx2 := -mavx2
+flags.avx512 := -mavx512f -mavx512vl -mavx512dq -mavx512bw
+endif
+flags.solver/linear/kernels_avx2.c := $(flags.avx2)
+flags.solver/linear/kernels_avx512.c := $(flags.avx512)
+flags.solver/steiner/flow/sweep_avx2.c := $(flags.avx2)
+flags.solver/steiner/flow/sweep_avx512.c := $(flags.avx512)
 -include tests/flags.mk
 
 .DEFAULT_GOAL := all
@@ -108,27 +117,14 @@ $(out)/tightwire: $(libraries) $(out)/openapi.o
 	$(Q)$(call link,-Wl$(comma)--whole-archive $(out)/libservice.a -Wl$(comma)--no-whole-archive,$(out)/libapi.a $(out)/libstorage.a $(out)/libsolver.a $(out)/openapi.o)
 comma := ,
 
-# The float kernels once for each instruction set, to compare their bits (tests/unit/steiner/flow_bits.c).
-isa.x86_64 := avx2 avx512
-isa_flags.avx2 := -mavx2 -mfma
-isa_flags.avx512 := -mavx512f -mavx512vl -mavx512dq -mavx512bw -mfma
-isas := base $(isa.$(shell uname -m))
-isa_objects := $(patsubst %,$(out)/tests/isa/%.o,$(isas))
-$(isa_objects): $(out)/tests/isa/%.o: tests/isa/kernels.c
-	@mkdir -p $(@D)
-	@$(if $(Q),echo "  CC  $< ($*)",:)
-	$(Q)$(CC) $(CFLAGS_ALL) -DISA=$* $(isa_flags.$*) -c $< -o $@
-$(out)/libisa.a: $(isa_objects)
-	$(Q)rm -f $@ && ar rcsD $@ $^
-
 # Tests and benches may use every room but service's main.
 test_archives = $(filter-out $(out)/libservice.a,$(libraries)) $(out)/openapi.o
 $(out)/libservice_test.a: $(filter-out $(out)/service/main.c.o,$(call objects,$(call sources,service)))
 	$(Q)rm -f $@ && ar rcsD $@ $^
 define test_program
-$(out)/tests/$(1)/%: $(out)/tests/$(1)/%.c.o $$(libraries) $(out)/libservice_test.a $(out)/libisa.a $(out)/openapi.o
+$(out)/tests/$(1)/%: $(out)/tests/$(1)/%.c.o $$(libraries) $(out)/libservice_test.a $(out)/openapi.o
 	@$$(if $$(Q),echo "  LD  $$@",:)
-	$$(Q)$$(call link,$$<,$(out)/libservice_test.a $(out)/libisa.a $$(test_archives)) $$(test_libs)
+	$$(Q)$$(call link,$$<,$(out)/libservice_test.a $$(test_archives)) $$(test_libs)
 endef
 $(foreach kind,unit bench tools,$(eval $(call test_program,$(kind))))
 

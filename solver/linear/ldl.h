@@ -1,25 +1,58 @@
 /* Sparse Cholesky factorisation for matrices with an edge for every pair of entries: A = L D L' of a weighted graph's
  * Laplacian plus a diagonal, in a fill-reducing order, and solutions for many right-hand sides at once.
  *
- * Deterministic: no threads, no other library's arithmetic (AMD only orders), one order of additions. */
+ * Deterministic: no other library's arithmetic (AMD only orders), one order of additions, which neither the machine nor
+ * the number of threads changes.
+ *
+ * Shape: consecutive columns of L with nearly the same rows are a *panel*, which is dense. The elimination tree is cut
+ * into *parts*, subtrees of about equal size that do not depend on one another, and the *top* above them. What a part
+ * adds to rows of the top it adds to *copies* of them of its own, so that threads may work on parts at the same time,
+ * and each part is a dense piece of memory. A solve is: forward in each part, the top, backward in each part. */
 #ifndef SOLVER_LINEAR_LDL_H
 #define SOLVER_LINEAR_LDL_H
 
 #include "solver/arena.h"
+#include "solver/linear/isa.h"
 #include "solver/linear/lanes.h"
 #include "tightwire.h"
 
 #include <stdbool.h>
 
-/* All arrays are borrowed from the arena. */
+enum { LDL_PANEL_WIDTH = 4 }; /* columns at most */
+
+/* Columns first…first + width - 1 of L. Their values stand row by row, `width` to a row: first the panel's own rows, a
+ * square of which the part below the diagonal counts, then those of its list. */
+struct ldl_panel {
+	uint32_t first;
+	uint32_t width;
+	uint32_t row_count;
+	size_t row;   /* the list is ldl.row[row … row + row_count), ascending */
+	size_t value; /* of ldl.value */
+};
+
+/* Its own places are first…end-1, then come copies up to copies_end-1. The last part is the top, without copies. */
+struct ldl_part {
+	uint32_t panel, panel_end;
+	uint32_t first, end, copies_end;
+};
+
+/* All arrays are borrowed from the arena. A *place* is a row of the right-hand sides: of a vertex, or a copy. */
 struct ldl {
-	uint32_t n;
-	uint32_t *rank; /* [n] place of each vertex in the elimination order: row and column `rank` of L */
-	size_t *first;  /* [n + 1] column j of L: first[j] <= i < first[j + 1], rows ascending; the diagonal is 1 */
-	uint32_t *row;  /* [first[n]] */
-	float *value;   /* [first[n]] */
-	float *inverse; /* [n] of D */
+	uint32_t vertex_count;
+	uint32_t place_count;
+	uint32_t *rank;        /* [vertex_count] place of each vertex; parts come one after the other, then the top */
+	uint32_t *original;    /* [place_count] of a copy: the place in the top; of others: they themselves */
+	struct ldl_part *part; /* [part_count + 1], the top at the end */
+	uint32_t part_count;
+	struct ldl_panel *panel; /* [panel_count] */
+	uint32_t panel_count;
+	uint32_t *row; /* [row_count] places */
+	size_t row_count;
+	float *value;        /* [value_count] */
+	size_t value_count;  /* about what a solve multiplies for each column, twice */
+	float *inverse;      /* [place_count] of D; 0 for copies */
 	uint64_t operations; /* multiplications that a factorisation takes, about */
+	enum isa isa;        /* which kernels work; isa_best() unless a test sets another */
 };
 
 /* Told now and then how many operations were done since the last time; false: it is to stop. */
@@ -43,14 +76,20 @@ enum tw_status ldl_analyse(struct ldl *ldl, struct arena *arena, const struct ld
 enum tw_status ldl_factorise(struct ldl *ldl, struct arena *scratch, const struct ldl_graph *graph,
 			     const double *weight, uint32_t ground, ldl_goes_on *goes_on, void *context) TW_NODISCARD;
 
-/* Solves for the right-hand sides first…end-1 (multiples of LANES_BLOCK) in place: x[rank * stride + column]. Reads
- * only what is shared, so that threads may solve for other columns at the same time. */
-void ldl_solve(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end);
+/* The part of a place, and where the part keeps the row of `place`, which is one of its own or one of the top that it
+ * shares an edge with. */
+uint32_t ldl_part_of(const struct ldl *ldl, uint32_t place);
+uint32_t ldl_place_in(const struct ldl *ldl, uint32_t part, uint32_t place);
 
-/* About how many multiplications a solve takes for each column. */
-static inline uint64_t ldl_entries(const struct ldl *ldl)
-{
-	return ldl->first[ldl->n];
-}
+/* The steps of a solve in place: x[place * stride + column], rows of whole LANES_BLOCKs. Forward in every part, in
+ * any order; then the top for all columns; then backward in every part, in any order. Copies must be 0, or hold what
+ * is to be added to the top's right-hand side; in the end they hold the top's solution. ldl_solve_top works on the
+ * columns first…end-1, multiples of LANES_BLOCK. Calls of the same step do not depend on one another. */
+void ldl_forward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t part);
+void ldl_solve_top(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end);
+void ldl_backward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t part);
+
+/* All steps. */
+void ldl_solve(const struct ldl *ldl, float *x, uint32_t stride);
 
 #endif

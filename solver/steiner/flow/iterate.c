@@ -16,52 +16,108 @@ enum { FLOATS_FOR_A_UNIT = 100 };
 
 uint64_t flow_work(const struct flow *flow)
 {
-	return flow->stride * (2 * ldl_entries(&flow->ldl) + 16 * (uint64_t)flow->edge_count) / FLOATS_FOR_A_UNIT + 1;
+	return flow->stride * (2 * (uint64_t)flow->ldl.value_count + 16 * (uint64_t)flow->edge_count) /
+		       FLOATS_FOR_A_UNIT +
+	       1;
 }
 
 /* Below this much work, some 0.3 ms, threads take longer to start than they save. */
 enum { WORK_FOR_THREADS = 30000 };
 
-struct solve {
-	const struct ldl *ldl;
-	float *x;
-	uint32_t stride;
+/* Two loops take turns. In one, each part by itself: the second half of a solve, the sweep over the part's edges, and
+ * the first half of the next solve, while its rows are in the cache; in the other, the solve in the top. */
+struct turn {
+	struct flow *flow;
+	bool ends, begins; /* whether an iteration is ended, and another one begun */
+	float shrink;
+	float omega; /* of the iteration that is begun */
 };
 
-/* Columns do not depend on one another. */
-static void solve_part(void *context, unsigned thread, uint32_t first, uint32_t end)
+/* The right-hand side's other term, and nothing at the ground and its copies. */
+static void complete_rows(struct flow *flow, const struct ldl_part *part, float omega)
 {
-	const struct solve *solve = context;
-	(void)thread;
-	ldl_solve(solve->ldl, solve->x, solve->stride, first * LANES_BLOCK, end * LANES_BLOCK);
+	float *const next = flow->next;
+	const size_t stride = flow->stride;
+	for (uint32_t i = 0; i < flow->commodity_count; i++)
+		if (flow->sink[i] >= part->first && flow->sink[i] < part->end)
+			next[flow->sink[i] * stride + i] -= 1 / omega;
+	if (flow->ground >= part->first && flow->ground < part->end)
+		memset(next + flow->ground * stride, 0, stride * sizeof *next);
+	for (uint32_t place = part->end; place < part->copies_end; place++)
+		if (flow->ldl.original[place] == flow->ground)
+			memset(next + place * stride, 0, stride * sizeof *next);
 }
 
-static void solve_all(struct flow *flow, unsigned threads)
+static void turn_part(const struct turn *turn, uint32_t part)
+{
+	struct flow *const flow = turn->flow;
+	const bool is_top = part == flow->ldl.part_count;
+	if (turn->ends && !is_top)
+		ldl_backward(&flow->ldl, flow->potential, flow->stride, part);
+	if (turn->ends)
+		flow_sweep(flow, part, turn->shrink);
+	if (turn->begins)
+		complete_rows(flow, &flow->ldl.part[part], turn->omega);
+	if (turn->begins && !is_top)
+		ldl_forward(&flow->ldl, flow->next, flow->stride, part);
+}
+
+static void turn_parts(void *context, unsigned thread, uint32_t first, uint32_t end)
+{
+	(void)thread;
+	for (uint32_t part = first; part < end; part++)
+		turn_part(context, part);
+}
+
+static void solve_columns(void *context, unsigned thread, uint32_t first, uint32_t end)
+{
+	const struct flow *const flow = ((const struct turn *)context)->flow;
+	(void)thread;
+	ldl_solve_top(&flow->ldl, flow->potential, flow->stride, first * LANES_BLOCK, end * LANES_BLOCK);
+}
+
+/* The new right-hand side becomes the potentials. */
+static void solve_top(struct flow *flow, struct parallel_team *team, unsigned threads, struct turn *turn)
 {
 	const uint32_t blocks = flow->stride / LANES_BLOCK;
-	for (uint32_t i = 0; i < flow->commodity_count; i++)
-		flow->next[(size_t)flow->sink[i] * flow->stride + i] -= 1 / flow->omega;
-	memset(flow->next + (size_t)flow->ground * flow->stride, 0, flow->stride * sizeof *flow->next);
 	float *const x = flow->next;
 	flow->next = flow->potential;
 	flow->potential = x;
-	struct solve solve = {&flow->ldl, x, flow->stride};
-	parallel_for(threads, blocks, (blocks + threads - 1) / threads, solve_part, &solve);
+	parallel_team_for(team, blocks, (blocks + threads - 1) / threads, solve_columns, turn);
+}
+
+static enum tw_status iterate(struct flow *flow, struct search *search, uint32_t iterations, unsigned threads,
+			      struct parallel_team *team)
+{
+	const float last = flow->commodity_count < MANY_TERMINALS ? omega_last : omega_last_of_many;
+	const uint32_t parts = flow->ldl.part_count + 1;
+	struct turn turn = {.flow = flow, .begins = true, .omega = flow->omega};
+	parallel_team_for(team, parts, 1, turn_parts, &turn);
+	turn.ends = true;
+	for (uint32_t i = 0; i < iterations; i++) {
+		const bool goes_on = search_spend(search, flow_work(flow));
+		solve_top(flow, team, threads, &turn);
+		flow->iteration++;
+		const bool grows = flow->iteration % OMEGA_PERIOD == 0 && flow->omega < last;
+		flow->omega *= grows ? omega_growth : 1;
+		turn.omega = flow->omega;
+		turn.shrink = grows ? 1 / omega_growth : 1;
+		turn.begins = goes_on && i + 1 < iterations;
+		parallel_team_for(team, parts, 1, turn_parts, &turn);
+		if (!goes_on)
+			return TW_ERROR_CANCELLED;
+	}
+	return TW_OK;
 }
 
 enum tw_status flow_iterate(struct flow *flow, struct search *search, uint32_t iterations)
 {
-	const float last = flow->commodity_count < MANY_TERMINALS ? omega_last : omega_last_of_many;
 	const unsigned wanted = search->options->threads ? search->options->threads : 1;
 	const unsigned threads = flow_work(flow) < WORK_FOR_THREADS ? 1 : wanted;
-	for (uint32_t i = 0; i < iterations; i++) {
-		solve_all(flow, threads);
-		flow->iteration++;
-		const bool grows = flow->iteration % OMEGA_PERIOD == 0 && flow->omega < last;
-		flow_sweep(flow, grows ? 1 / omega_growth : 1, threads);
-		flow->omega *= grows ? omega_growth : 1;
-		if (!search_spend(search, flow_work(flow)))
-			return TW_ERROR_CANCELLED;
-	}
-	return TW_OK;
+	if (!iterations)
+		return TW_OK;
+	struct parallel_team *const team = parallel_team_new(threads);
+	const enum tw_status status = iterate(flow, search, iterations, threads, team);
+	parallel_team_free(team);
+	return status;
 }

@@ -26,8 +26,9 @@ enum { FLOATS_MOST = 300000000 };
 
 static enum tw_status allocate(struct flow *flow, struct arena *arena)
 {
-	const size_t m = flow->edge_count, n = flow->vertex_count, stride = flow->stride;
+	const size_t m = flow->edge_count, n = flow->ldl.place_count, stride = flow->stride;
 	flow->ends = ARENA_ARRAY(arena, 2 * m, uint32_t);
+	flow->part_edge = ARENA_ARRAY(arena, (size_t)flow->ldl.part_count + 2, uint32_t);
 	flow->origin = ARENA_ARRAY(arena, m, uint32_t);
 	flow->slot = ARENA_ARRAY(arena, m, uint32_t);
 	flow->inverse = ARENA_ARRAY(arena, m, float);
@@ -39,39 +40,45 @@ static enum tw_status allocate(struct flow *flow, struct arena *arena)
 	flow->now = ARENA_ARRAY(arena, m, uint32_t);
 	flow->left = ARENA_ARRAY(arena, 2 * m, uint32_t);
 	flow->side = ARENA_ARRAY(arena, 2 * m, uint32_t);
-	return flow->ends && flow->origin && flow->slot && flow->inverse && flow->sink && flow->price && flow->z &&
-			       flow->potential && flow->next && flow->now && flow->left && flow->side
+	return flow->ends && flow->part_edge && flow->origin && flow->slot && flow->inverse && flow->sink &&
+			       flow->price && flow->z && flow->potential && flow->next && flow->now && flow->left &&
+			       flow->side
 		       ? TW_OK
 		       : TW_ERROR_MEMORY;
 }
 
-/* Edges by the place of the end that is eliminated first. */
+/* Edges by the place of the end that comes first; next[place] counts, then fills. An edge between a part and the top
+ * belongs to the part, and ends at its copy. */
+static void sort_edges(struct flow *flow, const struct instance *instance, uint32_t *next)
+{
+	const uint32_t *const rank = flow->ldl.rank;
+	for (uint32_t e = 0; e < flow->edge_count; e++) {
+		const uint32_t u = rank[instance->ends[2 * e]], v = rank[instance->ends[2 * e + 1]];
+		next[(u < v ? u : v) + 1]++;
+	}
+	for (uint32_t p = 0; p < flow->ldl.place_count; p++)
+		next[p + 1] += next[p];
+	for (uint32_t part = 0; part <= flow->ldl.part_count; part++)
+		flow->part_edge[part] = next[flow->ldl.part[part].first];
+	flow->part_edge[flow->ldl.part_count + 1] = flow->edge_count;
+	for (uint32_t e = 0; e < flow->edge_count; e++) {
+		const uint32_t u = rank[instance->ends[2 * e]], v = rank[instance->ends[2 * e + 1]];
+		const uint32_t slot = next[u < v ? u : v]++, part = ldl_part_of(&flow->ldl, u < v ? u : v);
+		flow->ends[2 * slot] = ldl_place_in(&flow->ldl, part, u);
+		flow->ends[2 * slot + 1] = ldl_place_in(&flow->ldl, part, v);
+		flow->slot[e] = slot;
+	}
+}
+
 static enum tw_status order_edges(struct flow *flow, struct search *search)
 {
-	const struct instance *instance = &search->instance;
 	const struct arena_mark mark = arena_mark(search->arena);
-	const uint32_t *rank = flow->ldl.rank;
-	uint32_t *next = ARENA_ZEROED(search->arena, (size_t)flow->vertex_count + 1, uint32_t);
-	const enum tw_status status = next ? TW_OK : TW_ERROR_MEMORY;
-	for (uint32_t pass = 0; pass < 2 && status == TW_OK; pass++) {
-		for (uint32_t e = 0; e < flow->edge_count; e++) {
-			const uint32_t u = rank[instance->ends[2 * e]], v = rank[instance->ends[2 * e + 1]];
-			const uint32_t first = u < v ? u : v;
-			if (!pass) {
-				next[first + 1]++;
-				continue;
-			}
-			const uint32_t slot = next[first]++;
-			flow->ends[2 * slot] = u;
-			flow->ends[2 * slot + 1] = v;
-			flow->slot[e] = slot;
-		}
-		for (uint32_t v = 0; v < flow->vertex_count && !pass; v++)
-			next[v + 1] += next[v];
-	}
+	uint32_t *next = ARENA_ZEROED(search->arena, (size_t)flow->ldl.place_count + 1, uint32_t);
+	if (next)
+		sort_edges(flow, &search->instance, next);
 	arena_release(search->arena, mark);
-	memcpy(flow->origin, instance->origin, flow->edge_count * sizeof *flow->origin);
-	return status;
+	memcpy(flow->origin, search->instance.origin, flow->edge_count * sizeof *flow->origin);
+	return next ? TW_OK : TW_ERROR_MEMORY;
 }
 
 static bool count_work(void *search, uint64_t operations)

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-enum { COLUMNS = 24, MATRICES = 300 };
+enum { COLUMNS = 24, MATRICES = 300, MOST_COLUMNS = 120 };
 
 struct system {
 	struct instance_case c;
@@ -87,10 +87,10 @@ static void it_solves_what_dense_elimination_solves(void **state)
 		const struct arena_mark mark = arena_mark(arena);
 		struct system s;
 		make_system(&s, arena, seed);
-		float *x = ARENA_ARRAY(arena, (size_t)s.c.vertex_count * COLUMNS, float);
+		float *x = ARENA_ZEROED(arena, (size_t)s.ldl.place_count * COLUMNS, float);
 		assert_non_null(x);
 		fill(&s, x, by_vertex, seed);
-		ldl_solve(&s.ldl, x, COLUMNS, 0, COLUMNS);
+		ldl_solve(&s.ldl, x, COLUMNS);
 		double column[CASE_VERTICES], largest = 0;
 		const uint32_t i = (uint32_t)(seed % COLUMNS);
 		for (uint32_t v = 0; v < s.c.vertex_count; v++)
@@ -106,25 +106,144 @@ static void it_solves_what_dense_elimination_solves(void **state)
 	arena_free(arena);
 }
 
-static void columns_alone_are_the_same_bits_as_all_at_once(void **state)
+/* Random numbers in the vertices' rows, 0 at the ground; 0 in the copies'. */
+static void scatter(const struct system *s, float *x, uint32_t columns, uint64_t seed)
+{
+	memset(x, 0, (size_t)s->ldl.place_count * columns * sizeof *x);
+	for (uint32_t v = 0; v < s->c.vertex_count; v++)
+		for (uint32_t i = 0; i < columns && v != s->ground; i++)
+			x[(size_t)s->ldl.rank[v] * columns + i] = (float)random_below(&seed, 2001) / 1000 - 1;
+}
+
+/* The column by itself, with whatever the machine has at least. */
+static void expect_column(struct system *s, struct arena *arena, const float *before, const float *after,
+			  uint32_t columns, uint32_t column)
+{
+	const struct arena_mark mark = arena_mark(arena);
+	const enum isa isa = s->ldl.isa;
+	float *alone = ARENA_ZEROED(arena, (size_t)s->ldl.place_count * LANES_BLOCK, float);
+	assert_non_null(alone);
+	for (uint32_t p = 0; p < s->ldl.place_count; p++)
+		alone[(size_t)p * LANES_BLOCK] = before[(size_t)p * columns + column];
+	s->ldl.isa = ISA_BASE;
+	ldl_solve(&s->ldl, alone, LANES_BLOCK);
+	s->ldl.isa = isa;
+	for (uint32_t p = 0; p < s->ldl.place_count; p++)
+		assert_memory_equal(&alone[(size_t)p * LANES_BLOCK], &after[(size_t)p * columns + column],
+				    sizeof(float));
+	arena_release(arena, mark);
+}
+
+static void a_column_is_the_same_bits_whatever_is_beside_it_and_whichever_kernels_work(void **state)
 {
 	(void)state;
-	static double by_vertex[CASE_VERTICES][COLUMNS];
 	struct arena *arena = arena_new(0);
 	assert_non_null(arena);
 	for (uint64_t seed = 0; seed < MATRICES / 5; seed++) {
-		const struct arena_mark mark = arena_mark(arena);
 		struct system s;
+		const struct arena_mark mark = arena_mark(arena);
 		make_system(&s, arena, seed);
-		const size_t count = (size_t)s.c.vertex_count * COLUMNS;
+		for (enum isa isa = ISA_BASE; isa < ISA_COUNT; isa++) {
+			uint64_t numbers = seed;
+			const uint32_t columns = LANES_BLOCK * (1 + random_below(&numbers, MOST_COLUMNS / LANES_BLOCK));
+			const size_t count = (size_t)s.ldl.place_count * columns;
+			if (!isa_is_there(isa))
+				continue;
+			float *x = ARENA_ARRAY(arena, count, float), *y = ARENA_ARRAY(arena, count, float);
+			assert_true(x && y);
+			scatter(&s, x, columns, seed);
+			memcpy(y, x, count * sizeof *y);
+			s.ldl.isa = isa;
+			ldl_solve(&s.ldl, x, columns);
+			for (uint32_t i = 0; i < columns; i += 1 + columns / 7)
+				expect_column(&s, arena, y, x, columns, i);
+		}
+		arena_release(arena, mark);
+	}
+	arena_free(arena);
+}
+
+static void a_factor_is_the_same_bits_whichever_kernels_work(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	for (uint64_t seed = 0; seed < MATRICES / 5; seed++) {
+		struct system s;
+		const struct arena_mark mark = arena_mark(arena);
+		float *base = NULL, *diagonal = NULL;
+		make_system(&s, arena, seed);
+		for (s.ldl.isa = ISA_BASE; s.ldl.isa < ISA_COUNT && isa_is_there(s.ldl.isa); s.ldl.isa++) {
+			const struct ldl *l = &s.ldl;
+			assert_int_equal(ldl_factorise(&s.ldl, arena, &s.graph, s.weight, s.ground, NULL, NULL), TW_OK);
+			if (!base) {
+				base = ARENA_ARRAY(arena, l->value_count, float);
+				diagonal = ARENA_ARRAY(arena, l->place_count, float);
+				assert_true(base && diagonal);
+				memcpy(base, l->value, l->value_count * sizeof *base);
+				memcpy(diagonal, l->inverse, l->place_count * sizeof *diagonal);
+			}
+			assert_memory_equal(base, l->value, l->value_count * sizeof *base);
+			assert_memory_equal(diagonal, l->inverse, l->place_count * sizeof *diagonal);
+		}
+		arena_release(arena, mark);
+	}
+	arena_free(arena);
+}
+
+/* Threads take parts in any order, and blocks of columns in the top. */
+static void parts_in_any_order_give_the_same_bits(void **state)
+{
+	(void)state;
+	uint32_t in_parts = 0;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	for (uint64_t seed = 0; seed < MATRICES / 5; seed++) {
+		struct system s;
+		const struct arena_mark mark = arena_mark(arena);
+		make_system(&s, arena, seed);
+		const size_t count = (size_t)s.ldl.place_count * COLUMNS;
 		float *x = ARENA_ARRAY(arena, count, float), *y = ARENA_ARRAY(arena, count, float);
 		assert_true(x && y);
-		fill(&s, x, by_vertex, seed);
+		scatter(&s, x, COLUMNS, seed);
 		memcpy(y, x, count * sizeof *y);
-		ldl_solve(&s.ldl, x, COLUMNS, 0, COLUMNS);
+		ldl_solve(&s.ldl, x, COLUMNS);
+		for (uint32_t part = s.ldl.part_count; part-- > 0;)
+			ldl_forward(&s.ldl, y, COLUMNS, part);
 		for (uint32_t i = COLUMNS; i > 0; i -= LANES_BLOCK)
-			ldl_solve(&s.ldl, y, COLUMNS, i - LANES_BLOCK, i);
+			ldl_solve_top(&s.ldl, y, COLUMNS, i - LANES_BLOCK, i);
+		for (uint32_t part = s.ldl.part_count; part-- > 0;)
+			ldl_backward(&s.ldl, y, COLUMNS, part);
 		assert_memory_equal(x, y, count * sizeof *x);
+		in_parts += s.ldl.part_count > 1 && s.ldl.place_count > s.c.vertex_count;
+		arena_release(arena, mark);
+	}
+	assert_true(in_parts > MATRICES / 20);
+	arena_free(arena);
+}
+
+/* Copies stand for the rows of the top that a part's panels name, ascending, and are found by them. */
+static void a_part_finds_its_copies(void **state)
+{
+	(void)state;
+	struct arena *arena = arena_new(0);
+	assert_non_null(arena);
+	for (uint64_t seed = 0; seed < MATRICES; seed++) {
+		struct system s;
+		const struct arena_mark mark = arena_mark(arena);
+		make_system(&s, arena, seed);
+		const struct ldl *l = &s.ldl;
+		for (uint32_t part = 0; part < l->part_count; part++)
+			for (uint32_t p = l->part[part].first; p < l->part[part].copies_end; p++) {
+				assert_int_equal(ldl_place_in(l, part, l->original[p]), p);
+				assert_int_equal(l->original[p] == p, p < l->part[part].end);
+				assert_int_equal(ldl_part_of(l, p), part);
+			}
+		for (uint32_t e = 0; e < s.c.edge_count; e++) {
+			const uint32_t u = l->rank[s.c.ends[2 * e]], v = l->rank[s.c.ends[2 * e + 1]];
+			const uint32_t part = ldl_part_of(l, u < v ? u : v);
+			assert_int_equal(l->original[ldl_place_in(l, part, u < v ? v : u)], u < v ? v : u);
+		}
 		arena_release(arena, mark);
 	}
 	arena_free(arena);
@@ -141,7 +260,6 @@ static void what_is_too_dense_or_does_not_fit_is_refused(void **state)
 	assert_true(arena && small);
 	assert_int_equal(ldl_analyse(&ldl, arena, &graph, 40 * 39 / 2 - 1), TW_ERROR_MEMORY);
 	assert_int_equal(ldl_analyse(&ldl, arena, &graph, 40 * 39 / 2), TW_OK);
-	assert_int_equal(ldl_entries(&ldl), 40 * 39 / 2);
 	assert_int_equal(ldl_analyse(&ldl, small, &graph, SIZE_MAX), TW_ERROR_MEMORY);
 	arena_free(arena);
 	arena_free(small);
@@ -151,7 +269,10 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(it_solves_what_dense_elimination_solves),
-		cmocka_unit_test(columns_alone_are_the_same_bits_as_all_at_once),
+		cmocka_unit_test(a_column_is_the_same_bits_whatever_is_beside_it_and_whichever_kernels_work),
+		cmocka_unit_test(a_factor_is_the_same_bits_whichever_kernels_work),
+		cmocka_unit_test(parts_in_any_order_give_the_same_bits),
+		cmocka_unit_test(a_part_finds_its_copies),
 		cmocka_unit_test(what_is_too_dense_or_does_not_fit_is_refused),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

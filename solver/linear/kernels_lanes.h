@@ -1,0 +1,110 @@
+/* The kernels, for the instruction set that the including file is compiled for. LDL_KERNELS is the table's name.
+ *
+ * Whole panels at a time: a row of the right-hand sides is loaded once for all columns of a panel, and a panel, some
+ * kilobytes, stays in the first cache for all blocks of columns. */
+#include "solver/linear/kernels.h"
+
+#include <string.h>
+
+#if LANES_NATIVE == 16
+#define LANES lanes16
+#define STEP(name) name##_16
+#include "solver/linear/panel_steps.h"
+#endif
+#if LANES_NATIVE >= 8
+#define LANES lanes8
+#define STEP(name) name##_8
+#include "solver/linear/panel_steps.h"
+#else
+#define LANES lanes4
+#define STEP(name) name##_4
+#include "solver/linear/panel_steps.h"
+#endif
+
+/* How many columns a call takes of those that are left: as many as the registers hold for four rows of them. */
+#if LANES_NATIVE == 16
+#define FOR_COLUMNS(step)                                                                                              \
+	do {                                                                                                           \
+		if (end - i >= 48)                                                                                     \
+			step##_16(ldl, at, x + i, stride, 3), i += 48;                                                 \
+		else if (end - i >= 32)                                                                                \
+			step##_16(ldl, at, x + i, stride, 2), i += 32;                                                 \
+		else if (end - i >= 16)                                                                                \
+			step##_16(ldl, at, x + i, stride, 1), i += 16;                                                 \
+		else                                                                                                   \
+			step##_8(ldl, at, x + i, stride, 1), i += 8;                                                   \
+	} while (i < end)
+#elif LANES_NATIVE == 8
+#define FOR_COLUMNS(step)                                                                                              \
+	do {                                                                                                           \
+		if (end - i >= 16)                                                                                     \
+			step##_8(ldl, at, x + i, stride, 2), i += 16;                                                  \
+		else                                                                                                   \
+			step##_8(ldl, at, x + i, stride, 1), i += 8;                                                   \
+	} while (i < end)
+#else
+#define FOR_COLUMNS(step)                                                                                              \
+	do {                                                                                                           \
+		step##_4(ldl, at, x + i, stride, 2), i += 8;                                                           \
+	} while (i < end)
+#endif
+
+static void forward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end, uint32_t panel,
+		    uint32_t panel_end)
+{
+	for (uint32_t p = panel; p < panel_end; p++) {
+		const struct ldl_panel *const at = &ldl->panel[p];
+		uint32_t i = first;
+		FOR_COLUMNS(forward_any);
+	}
+}
+
+static void backward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end, uint32_t panel,
+		     uint32_t panel_end)
+{
+	for (uint32_t p = panel_end; p-- > panel;) {
+		const struct ldl_panel *const at = &ldl->panel[p];
+		uint32_t i = first;
+		FOR_COLUMNS(backward_any);
+	}
+}
+
+#if LANES_NATIVE >= 8
+typedef double sums __attribute__((vector_size(32), aligned(8), may_alias));
+#else
+typedef double sums __attribute__((vector_size(16), aligned(8), may_alias));
+#endif
+enum { SUMS = LDL_PANEL_WIDTH * sizeof(double) / sizeof(sums) };
+
+static inline __attribute__((always_inline)) void subtract_rows(double *sum, const uint32_t *row, uint32_t count,
+								const float *l, const uint32_t width,
+								const double *share)
+{
+	sums f[LDL_PANEL_WIDTH][SUMS];
+	for (uint32_t c = 0; c < width; c++)
+		memcpy(f[c], share + c * LDL_PANEL_WIDTH, sizeof f[c]);
+	for (uint32_t r = 0; r < count; r++, l += width) {
+		sums *const to = (sums *)(sum + (size_t)row[r] * LDL_PANEL_WIDTH);
+		for (uint32_t i = 0; i < SUMS; i++) {
+			sums s = to[i];
+			for (uint32_t c = 0; c < width; c++)
+				s -= f[c][i] * (double)l[c];
+			to[i] = s;
+		}
+	}
+}
+
+static void subtract(double *sum, const uint32_t *row, uint32_t count, const float *l, uint32_t width,
+		     const double *share)
+{
+	if (width == 4)
+		subtract_rows(sum, row, count, l, 4, share);
+	else if (width == 3)
+		subtract_rows(sum, row, count, l, 3, share);
+	else if (width == 2)
+		subtract_rows(sum, row, count, l, 2, share);
+	else
+		subtract_rows(sum, row, count, l, 1, share);
+}
+
+const struct ldl_kernels LDL_KERNELS = {forward, backward, subtract};

@@ -1,0 +1,2 @@
+#define SWEEP_KERNELS sweep_kernels_base
+#include "solver/steiner/flow/sweep_lanes.h"
