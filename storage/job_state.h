@@ -6,7 +6,7 @@
 #include "storage/attempt.h"
 #include "storage/job.h"
 #include "storage/job_sql.h"
-#include "storage/tenant.h"
+#include "storage/owner.h"
 
 /* A running job, as far as ending it has to know it. */
 struct job_run {

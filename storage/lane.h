@@ -17,8 +17,8 @@
 
 #include "storage/job_request.h"
 #include "storage/kind.h"
+#include "storage/owner.h"
 #include "storage/sql.h"
-#include "storage/tenant.h"
 
 enum { LANE_TURN = 1000000 };
 
