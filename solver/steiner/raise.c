@@ -59,8 +59,6 @@ static enum tw_status split(struct raise *raise, struct search *search, struct d
 	enum tw_status status = dual_init_like(&rival, search, dual, flow_members(raise->flow));
 	if (status == TW_OK)
 		status = flow_split(raise->flow, search, &rival);
-	if (status == TW_OK)
-		status = dual_extend(&rival, search);
 	/* What an interrupted split has found is a bound, too. */
 	if ((status == TW_OK || status == TW_ERROR_CANCELLED) && rival.bound > dual->bound)
 		*dual = rival;

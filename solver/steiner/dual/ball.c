@@ -10,8 +10,6 @@
  * cost. */
 #include "solver/steiner/dual/ball.h"
 
-#include "solver/steiner/dual/queue.h"
-
 #include <assert.h>
 #include <string.h>
 
@@ -121,7 +119,7 @@ int dual_make_room(struct dual *dual)
 struct dual_front {
 	uint32_t settled; /* at the free end of dual->member */
 	uint32_t radius;
-	size_t queued, stacked;
+	size_t stacked;
 	enum dual_stop stop;
 };
 
@@ -134,27 +132,25 @@ static inline struct dual_front settle(struct dual *dual, uint32_t terminal, uin
 	const struct dual_arc *arc = dual->arc;
 	struct dual_member *member = dual->member + dual->member_count;
 	uint32_t *distance = dual->distance, *stack = dual->stack;
-	uint64_t *queue = dual->queue;
+	struct dual_queue *queue = dual->queue;
 	const uint32_t root = instance->terminal[dual->root];
 	uint32_t count = 0, d = 0;
 	int32_t parts = 0;
-	size_t queued = 0, stacked = 0;
+	size_t stacked = 0;
 	enum dual_stop stop = DUAL_AT_LIMIT;
 	assert(distance[instance->terminal[terminal]] == UINT32_MAX);
 	distance[instance->terminal[terminal]] = 0;
 	stack[stacked++] = instance->terminal[terminal];
 	for (;;) {
 		uint32_t v;
+		uint64_t key;
 		if (stacked) {
 			v = stack[--stacked];
 		} else if (guided && parts > 1) {
 			stop = DUAL_AT_GUIDE;
 			break;
-		} else if (queued) {
-			uint64_t key = queue_pop(queue, &queued);
+		} else if (queue_pop(queue, distance, &key)) {
 			v = (uint32_t)key;
-			if (distance[v] != (uint32_t)(key >> 32))
-				continue;
 			d = distance[v];
 		} else {
 			d = limit;
@@ -177,14 +173,14 @@ static inline struct dual_front settle(struct dual *dual, uint32_t terminal, uin
 			distance[u] = longer;
 			if (u == root)
 				limit = longer + 1;
-			assert(queued + stacked < 2 * (size_t)instance->edge_count + instance->terminal_count);
+			assert(stacked < 2 * (size_t)instance->edge_count + instance->terminal_count);
 			if (longer == d)
 				stack[stacked++] = u;
 			else
-				queue_push(queue, &queued, (uint64_t)longer << 32 | u);
+				queue_push(queue, (uint64_t)longer << 32 | u);
 		}
 	}
-	return (struct dual_front){.settled = count, .radius = d, .queued = queued, .stacked = stacked, .stop = stop};
+	return (struct dual_front){.settled = count, .radius = d, .stacked = stacked, .stop = stop};
 }
 
 static void wipe(struct dual *dual, const struct dual_front *front, int guided)
@@ -194,8 +190,7 @@ static void wipe(struct dual *dual, const struct dual_front *front, int guided)
 		dual->distance[member[i].vertex] = UINT32_MAX;
 	for (uint32_t i = 0; guided && i < front->settled; i++)
 		dual->inside[member[i].vertex] = 0;
-	for (size_t i = 0; i < front->queued; i++)
-		dual->distance[(uint32_t)dual->queue[i]] = UINT32_MAX;
+	queue_wipe(dual->queue, dual->distance);
 	for (size_t i = 0; i < front->stacked; i++)
 		dual->distance[dual->stack[i]] = UINT32_MAX;
 }

@@ -13,6 +13,7 @@
 
 #include "solver/steiner/dual/coarse.h"
 #include "solver/steiner/dual/guide.h"
+#include "solver/steiner/dual/queue.h"
 #include "solver/steiner/dual/survey.h"
 #include "solver/steiner/search.h"
 
@@ -61,11 +62,11 @@ struct dual {
 	uint64_t random;                  /* state of the generator that picks what to grow anew */
 
 	/* Scratch. */
-	uint32_t *distance; /* [vertex_count] UINT32_MAX between calls */
-	uint64_t *queue;    /* [2 * edge_count + terminal_count] distance << 32 | vertex */
-	uint32_t *stack;    /* [2 * edge_count + terminal_count] vertices at the current distance */
-	uint8_t *inside;    /* [vertex_count] the vertex is in the ball that grows; 0 between calls */
-	uint64_t *inner;    /* [terminal_count] */
+	uint32_t *distance;       /* [vertex_count] UINT32_MAX between calls */
+	struct dual_queue *queue; /* empty between calls; room for 2 * edge_count + terminal_count */
+	uint32_t *stack;          /* [2 * edge_count + terminal_count] vertices at the current distance */
+	uint8_t *inside;          /* [vertex_count] the vertex is in the ball that grows; 0 between calls */
+	uint64_t *inner;          /* [terminal_count] */
 };
 
 /* Sets up a dual without balls for search->instance and surveys its terminals. Everything is allocated from

@@ -4,7 +4,6 @@
 #include "solver/splitmix.h"
 #include "solver/steiner/dual/ball.h"
 #include "solver/steiner/dual/fault.h"
-#include "solver/steiner/dual/queue.h"
 
 #include <assert.h>
 #include <string.h>
@@ -34,6 +33,15 @@ static void fill_arcs(struct dual *dual)
 	}
 }
 
+static uint64_t mean_cost(const struct dual *dual)
+{
+	const size_t arcs = 2 * (size_t)dual->instance->edge_count;
+	uint64_t sum = 0;
+	for (size_t a = 0; a < arcs; a++)
+		sum += dual->arc[a].cost;
+	return arcs ? sum / arcs : 0;
+}
+
 static enum tw_status allocate(struct dual *dual, struct search *search, size_t member_room)
 {
 	const struct instance *instance = &search->instance;
@@ -45,7 +53,7 @@ static enum tw_status allocate(struct dual *dual, struct search *search, size_t 
 	dual->arc = ARENA_ARRAY(arena, arcs, struct dual_arc);
 	dual->mate = ARENA_ARRAY(arena, arcs, uint32_t);
 	dual->distance = ARENA_ARRAY(arena, n, uint32_t);
-	dual->queue = ARENA_ARRAY(arena, arcs + k, uint64_t);
+	dual->queue = ARENA_ARRAY(arena, 1, struct dual_queue);
 	dual->stack = ARENA_ARRAY(arena, arcs + k, uint32_t);
 	dual->inside = ARENA_ZEROED(arena, n, uint8_t);
 	dual->inner = ARENA_ARRAY(arena, k, uint64_t);
@@ -58,7 +66,9 @@ static enum tw_status allocate(struct dual *dual, struct search *search, size_t 
 		return TW_ERROR_MEMORY;
 	memset(dual->distance, 0xff, n * sizeof *dual->distance);
 	fill_arcs(dual);
-	const enum tw_status status = dual_guide_allocate(&dual->guide, search);
+	enum tw_status status = queue_init(dual->queue, arena, arcs + k, mean_cost(dual));
+	if (status == TW_OK)
+		status = dual_guide_allocate(&dual->guide, search);
 	return status == TW_OK ? dual_faults_allocate(&dual->faults, search) : status;
 }
 
@@ -100,23 +110,19 @@ enum tw_status dual_restart(struct dual *dual, struct search *search, uint32_t r
 void dual_from_root(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *from_root)
 {
 	const struct instance *instance = dual->instance;
-	uint64_t *queue = dual->queue;
-	size_t count = 0;
+	struct dual_queue *queue = dual->queue;
 	for (uint32_t v = 0; v < instance->vertex_count; v++)
 		from_root[v] = DUAL_FAR;
 	from_root[instance->terminal[dual->root]] = 0;
-	queue_push(queue, &count, instance->terminal[dual->root]);
-	while (count) {
-		uint64_t key = queue_pop(queue, &count);
+	queue_push(queue, instance->terminal[dual->root]);
+	for (uint64_t key; queue_pop(queue, from_root, &key);) {
 		uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
-		if (d != from_root[v])
-			continue;
 		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
 			uint32_t u = dual->arc[a].tail, longer = d + dual->arc[dual->mate[a]].cost;
 			if (longer >= from_root[u] || longer >= limit)
 				continue;
 			from_root[u] = longer;
-			queue_push(queue, &count, (uint64_t)longer << 32 | u);
+			queue_push(queue, (uint64_t)longer << 32 | u);
 		}
 	}
 	search->work += 2 * instance->edge_count;
@@ -125,26 +131,22 @@ void dual_from_root(const struct dual *dual, struct search *search, uint32_t lim
 void dual_to_terminal(const struct dual *dual, struct search *search, uint32_t limit, uint32_t *to_terminal)
 {
 	const struct instance *instance = dual->instance;
-	uint64_t *queue = dual->queue;
-	size_t count = 0;
+	struct dual_queue *queue = dual->queue;
 	for (uint32_t v = 0; v < instance->vertex_count; v++)
 		to_terminal[v] = DUAL_FAR;
 	for (uint32_t t = 0; t < instance->terminal_count; t++)
 		if (t != dual->root) {
 			to_terminal[instance->terminal[t]] = 0;
-			queue_push(queue, &count, instance->terminal[t]);
+			queue_push(queue, instance->terminal[t]);
 		}
-	while (count) {
-		uint64_t key = queue_pop(queue, &count);
+	for (uint64_t key; queue_pop(queue, to_terminal, &key);) {
 		uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
-		if (d != to_terminal[v])
-			continue;
 		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
 			uint32_t u = dual->arc[a].tail, longer = d + dual->arc[a].cost;
 			if (longer >= to_terminal[u] || longer >= limit)
 				continue;
 			to_terminal[u] = longer;
-			queue_push(queue, &count, (uint64_t)longer << 32 | u);
+			queue_push(queue, (uint64_t)longer << 32 | u);
 		}
 	}
 	search->work += 2 * instance->edge_count;

@@ -1,41 +1,115 @@
-/* Dijkstra's queue of the dual: a 4-ary min-heap of distance << 32 | vertex, with lazy deletion. */
+/* Dijkstra's queue of the dual: entries are distance << 32 | vertex, with lazy deletion.
+ *
+ * A hot queue (B. V. Cherkassky, A. V. Goldberg & C. Silverstein, Buckets, heaps, lists, and monotone priority queues,
+ * SIAM J. Comput. 28, 1999): what is due soon lies in a small 4-ary heap, what is due later unsorted in buckets of
+ * equal width, and what no bucket reaches in a list. Most entries of a mesh are out of date before their bucket is
+ * opened, and never see the heap. Entries come out in ascending order, whatever the width. */
 #ifndef SOLVER_STEINER_DUAL_QUEUE_H
 #define SOLVER_STEINER_DUAL_QUEUE_H
 
+#include "solver/arena.h"
+#include "tightwire.h"
+
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-static inline void queue_push(uint64_t *queue, size_t *count, uint64_t key)
+enum { QUEUE_BUCKETS = 1024, QUEUE_WORDS = QUEUE_BUCKETS / 64 };
+
+/* An empty queue has no entries and all bits clear. */
+struct dual_queue {
+	uint64_t *heap;  /* [heap_count] entries of the open bucket and of those before */
+	uint64_t *entry; /* [entry_count] what was pushed beyond the open bucket since the queue was empty */
+	uint32_t *next;  /* [entry_count] list of each bucket; UINT32_MAX ends it */
+	size_t heap_count;
+	uint32_t entry_count, capacity;
+	unsigned shift;                /* a bucket is 1 << shift wide */
+	uint32_t base;                 /* distance >> shift of bucket 0 */
+	uint32_t open;                 /* the bucket whose entries are in the heap */
+	uint32_t far;                  /* list of what lies beyond the buckets */
+	uint32_t first[QUEUE_BUCKETS]; /* lists, valid where the bit is set */
+	uint64_t used[QUEUE_WORDS];
+};
+
+/* An empty queue for up to `capacity` pushes at a time on edges of this mean cost. TW_ERROR_MEMORY. */
+enum tw_status queue_init(struct dual_queue *queue, struct arena *arena, size_t capacity,
+			  uint64_t mean_cost) TW_NODISCARD;
+
+/* Opens the next bucket; false when nothing is left. For queue_pop only. */
+bool queue_open_next(struct dual_queue *queue, const uint32_t *distance);
+
+/* Empties the queue; distance[v] becomes UINT32_MAX for all that was in it. */
+void queue_wipe(struct dual_queue *queue, uint32_t *distance);
+
+static inline void queue_push_heap(struct dual_queue *queue, uint64_t key)
 {
-	size_t i = (*count)++;
+	uint64_t *const heap = queue->heap;
+	size_t i = queue->heap_count++;
 	while (i) {
-		size_t parent = (i - 1) >> 2;
-		if (queue[parent] <= key)
+		const size_t parent = (i - 1) >> 2;
+		if (heap[parent] <= key)
 			break;
-		queue[i] = queue[parent];
+		heap[i] = heap[parent];
 		i = parent;
 	}
-	queue[i] = key;
+	heap[i] = key;
 }
 
-static inline uint64_t queue_pop(uint64_t *queue, size_t *count)
+static inline void queue_push(struct dual_queue *queue, uint64_t key)
 {
-	uint64_t top = queue[0], last = queue[--*count];
-	size_t n = *count, i = 0;
+	const uint32_t number = (uint32_t)(key >> 32) >> queue->shift;
+	if (number <= queue->base + queue->open) {
+		queue_push_heap(queue, key);
+		return;
+	}
+	const uint32_t bucket = number - queue->base, i = queue->entry_count++;
+	queue->entry[i] = key;
+	if (bucket >= QUEUE_BUCKETS) {
+		queue->next[i] = queue->far;
+		queue->far = i;
+		return;
+	}
+	const uint64_t bit = (uint64_t)1 << (bucket % 64);
+	queue->next[i] = queue->used[bucket / 64] & bit ? queue->first[bucket] : UINT32_MAX;
+	queue->first[bucket] = i;
+	queue->used[bucket / 64] |= bit;
+}
+
+static inline uint64_t queue_pop_heap(struct dual_queue *queue)
+{
+	uint64_t *const heap = queue->heap;
+	const size_t n = --queue->heap_count;
+	const uint64_t top = heap[0], last = heap[n];
+	size_t i = 0;
 	for (;;) {
-		size_t child = 4 * i + 1;
+		const size_t child = 4 * i + 1;
 		if (child >= n)
 			break;
-		size_t least = child, end = child + 4 < n ? child + 4 : n;
+		size_t least = child;
+		const size_t end = child + 4 < n ? child + 4 : n;
 		for (size_t c = child + 1; c < end; c++)
-			least = queue[c] < queue[least] ? c : least;
-		if (queue[least] >= last)
+			least = heap[c] < heap[least] ? c : least;
+		if (heap[least] >= last)
 			break;
-		queue[i] = queue[least];
+		heap[i] = heap[least];
 		i = least;
 	}
-	queue[i] = last;
+	heap[i] = last;
 	return top;
+}
+
+/* Takes the least entry out that is still true: whose vertex has that distance. False: there is none left, and the
+ * queue is empty. */
+static inline bool queue_pop(struct dual_queue *queue, const uint32_t *distance, uint64_t *key)
+{
+	do {
+		while (queue->heap_count) {
+			*key = queue_pop_heap(queue);
+			if (distance[(uint32_t)*key] == (uint32_t)(*key >> 32))
+				return true;
+		}
+	} while (queue_open_next(queue, distance));
+	return false;
 }
 
 #endif

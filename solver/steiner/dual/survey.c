@@ -18,12 +18,12 @@ enum { MIDDLE_TERMINALS = 256, NEAR_COUNT = 24 };
 struct regions {
 	const struct instance *instance;
 	unsigned coarse_shift;
-	uint32_t *base;     /* [vertex_count] index of the nearest terminal */
-	uint32_t *distance; /* [vertex_count] to it */
-	uint32_t *border;   /* [terminal_count * terminal_count] shortest ways between neighbouring regions */
-	uint32_t *reach;    /* [terminal_count] from one terminal over borders */
-	uint8_t *done;      /* [terminal_count] */
-	uint64_t *queue;    /* [2 * edge_count + terminal_count] */
+	uint32_t *base;          /* [vertex_count] index of the nearest terminal */
+	uint32_t *distance;      /* [vertex_count] to it */
+	uint32_t *border;        /* [terminal_count * terminal_count] shortest ways between neighbouring regions */
+	uint32_t *reach;         /* [terminal_count] from one terminal over borders */
+	uint8_t *done;           /* [terminal_count] */
+	struct dual_queue queue; /* room for 2 * edge_count + terminal_count */
 };
 
 static enum tw_status allocate(struct regions *regions, struct search *search, unsigned coarse_shift)
@@ -39,31 +39,29 @@ static enum tw_status allocate(struct regions *regions, struct search *search, u
 		.border = ARENA_ARRAY(arena, k * k, uint32_t),
 		.reach = ARENA_ARRAY(arena, k, uint32_t),
 		.done = ARENA_ARRAY(arena, k, uint8_t),
-		.queue = ARENA_ARRAY(arena, 2 * (size_t)instance->edge_count + k, uint64_t),
 	};
-	return regions->base && regions->distance && regions->border && regions->reach && regions->done &&
-			       regions->queue
-		       ? TW_OK
-		       : TW_ERROR_MEMORY;
+	if (!regions->base || !regions->distance || !regions->border || !regions->reach || !regions->done)
+		return TW_ERROR_MEMORY;
+	uint64_t sum = 0;
+	for (uint32_t e = 0; e < instance->edge_count; e++)
+		sum += coarse_of(instance->weight[e], coarse_shift);
+	return queue_init(&regions->queue, arena, 2 * (size_t)instance->edge_count + k,
+			  instance->edge_count ? sum / instance->edge_count : 0);
 }
 
 static void grow_regions(struct regions *regions)
 {
 	const struct instance *instance = regions->instance;
 	uint32_t *base = regions->base, *distance = regions->distance;
-	size_t count = 0;
 	memset(base, 0xff, instance->vertex_count * sizeof *base);
 	memset(distance, 0xff, instance->vertex_count * sizeof *distance);
 	for (uint32_t t = 0; t < instance->terminal_count; t++) {
 		distance[instance->terminal[t]] = 0;
 		base[instance->terminal[t]] = t;
-		queue_push(regions->queue, &count, instance->terminal[t]);
+		queue_push(&regions->queue, instance->terminal[t]);
 	}
-	while (count) {
-		const uint64_t key = queue_pop(regions->queue, &count);
+	for (uint64_t key; queue_pop(&regions->queue, distance, &key);) {
 		const uint32_t v = (uint32_t)key, d = (uint32_t)(key >> 32);
-		if (d != distance[v])
-			continue;
 		for (uint32_t a = instance->first[v]; a < instance->first[v + 1]; a++) {
 			const uint32_t u = instance->head[a];
 			const uint32_t longer =
@@ -72,7 +70,7 @@ static void grow_regions(struct regions *regions)
 				continue;
 			distance[u] = longer;
 			base[u] = base[v];
-			queue_push(regions->queue, &count, (uint64_t)longer << 32 | u);
+			queue_push(&regions->queue, (uint64_t)longer << 32 | u);
 		}
 	}
 }

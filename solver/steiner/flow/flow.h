@@ -28,9 +28,9 @@ enum tw_status flow_new(struct flow **flow, struct search *search, const struct 
 /* Some iterations. TW_ERROR_CANCELLED between two of them when the search must stop. */
 enum tw_status flow_iterate(struct flow *flow, struct search *search, uint32_t iterations) TW_NODISCARD;
 
-/* Fills `dual`, which was set up for search->instance with the flow's root, with one ball for each commodity, as the
- * flow splits the costs. The instance may have fewer edges than the flow knows. The bound is not monotone from one
- * split to the next. TW_ERROR_MEMORY, TW_ERROR_CANCELLED. */
+/* Fills `dual`, which was set up for search->instance with the flow's root, with a ball for each commodity, as the
+ * flow splits the costs, and another where a terminal can grow further. The instance may have fewer edges than the flow
+ * knows. The bound is not monotone from one split to the next. TW_ERROR_MEMORY, TW_ERROR_CANCELLED. */
 enum tw_status flow_split(struct flow *flow, struct search *search, struct dual *dual) TW_NODISCARD;
 
 /* Carries the flow over to search->instance, which has lost edges by deletion (not by reductions) since it was set up.

@@ -37,12 +37,11 @@ static enum tw_status allocate(struct flow *flow, struct arena *arena)
 	flow->z = ARENA_ZEROED(arena, m * stride, float);
 	flow->potential = ARENA_ZEROED(arena, n * stride, float);
 	flow->next = ARENA_ZEROED(arena, n * stride, float);
-	flow->now = ARENA_ARRAY(arena, m, uint32_t);
-	flow->left = ARENA_ARRAY(arena, 2 * m, uint32_t);
-	flow->side = ARENA_ARRAY(arena, 2 * m, uint32_t);
+	flow->split.edge = ARENA_ARRAY(arena, m, struct flow_split_edge);
+	flow->split.own = ARENA_ARRAY(arena, SPLIT_BLOCK * m, int32_t);
 	return flow->ends && flow->part_edge && flow->origin && flow->slot && flow->inverse && flow->sink &&
-			       flow->price && flow->z && flow->potential && flow->next && flow->now && flow->left &&
-			       flow->side
+			       flow->price && flow->z && flow->potential && flow->next && flow->split.edge &&
+			       flow->split.own
 		       ? TW_OK
 		       : TW_ERROR_MEMORY;
 }

@@ -10,6 +10,32 @@ struct flow_price {
 	float forward, backward;
 };
 
+/* One of the two arcs of an edge, in a split. */
+struct flow_side {
+	float asked;   /* the share of its cost that all commodities ask for together */
+	float scale;   /* what is to be multiplied with their shares */
+	uint32_t left; /* of what they ask for, what none before owned */
+	uint32_t arc;  /* the dual's entry */
+};
+
+struct flow_split_edge {
+	uint32_t slot;
+	float cost;               /* coarse */
+	struct flow_side side[2]; /* ends[0] -> ends[1], and back */
+};
+
+/* Commodities that are looked at together: as many floats as a cache line has. */
+enum { SPLIT_BLOCK = 16 };
+
+/* What a split is about: the instance's edges as they are then, by slot. */
+struct flow_split {
+	uint32_t edge_count;
+	struct flow_split_edge *edge; /* [edge_count] */
+	/* [SPLIT_BLOCK * edge_count] what a block of commodities owns, edge by edge for each: units of cost, positive
+	 * of side 0, negative of side 1. */
+	int32_t *own;
+};
+
 /* Vertices stand at their places in the factor (ldl.rank), parts one after the other; edges in the order of their first
  * end there, so that neighbours in the mesh are neighbours in memory, and an edge belongs to the part of that end. Row
  * length of the matrices: stride, a number for each commodity and padding, whose values stay 0. */
@@ -39,10 +65,7 @@ struct flow {
 	float *potential;         /* [ldl.place_count * stride] of the last iteration */
 	float *next; /* [ldl.place_count * stride] the right-hand side of the next: A'(w - u), a sum over copies */
 
-	/* Scratch of a split, for the instance as it is then: arc 2e + 1 leads back along edge e. */
-	uint32_t *now;  /* [edge_count] where each edge of the instance stands */
-	uint32_t *left; /* [2 * edge_count] of each arc's cost, what no commodity before owns */
-	uint32_t *side; /* [2 * edge_count] the dual's entry for each arc */
+	struct flow_split split; /* scratch of a split, with room for all edges */
 };
 
 static inline uint32_t flow_terminal(const struct flow *flow, uint32_t commodity)
