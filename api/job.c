@@ -3,8 +3,8 @@
 #include "api/page.h"
 #include "api/resource.h"
 #include "solver/names.h"
+#include "storage/bulk.h"
 #include "storage/jobs.h"
-#include "storage/redrive.h"
 
 #include <string.h>
 
@@ -105,7 +105,7 @@ static enum tw_status parse_redrivable(const char *text, unsigned *states, struc
 	enum tw_status status = job_states_parse(text, states, error);
 	if (status == TW_OK && !*states)
 		*states = 1u << JOB_FAILED;
-	if (status == TW_OK && *states & ~(1u << JOB_FAILED | 1u << JOB_CANCELLED))
+	if (status == TW_OK && *states & ~bulk_states(BULK_REDRIVE))
 		status =
 			tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "state",
 				"only failed and cancelled jobs can be redriven; state is one of these, or both with a "
@@ -113,41 +113,34 @@ static enum tw_status parse_redrivable(const char *text, unsigned *states, struc
 	return status;
 }
 
-static enum tw_status redrive_state(struct api_call *call, const struct redrive_query *query, int64_t until_ms,
-				    uint64_t *redriven, bool *more, struct tw_error *error)
+static enum tw_status redrive_until(struct api_call *call, const struct job_query *query, int64_t until_ms,
+				    struct bulk_progress *progress, struct tw_error *error)
 {
-	struct redrive_progress progress = {0};
 	enum tw_status status = TW_OK;
-	while (status == TW_OK && !progress.done && call_now_ms() < until_ms) {
-		uint64_t before = progress.redriven;
-		status = redrive_step(call->store, query, &progress, error);
-		if (progress.redriven > before)
+	while (status == TW_OK && !progress->done && call_now_ms() < until_ms) {
+		uint64_t before = progress->changed;
+		status = bulk_step(call->store, BULK_REDRIVE, query, progress, error);
+		if (progress->changed > before)
 			call_job_added(call);
 	}
-	*redriven += progress.redriven;
-	*more = *more || !progress.done;
 	return status;
 }
 
 enum tw_status redrive_jobs(struct api_call *call, struct tw_error *error)
 {
 	static const char *const known[] = {"kind", "state", "problem", NULL};
-	struct redrive_query query = {.tenant = call->caller.owner.tenant,
-				      .failure_type = problem_slug(query_get(&call->query, "problem"))};
-	unsigned states = 0;
-	uint64_t redriven = 0;
-	bool more = false;
+	struct job_query query = {.tenant = call->caller.owner.tenant,
+				  .failure_type = problem_slug(query_get(&call->query, "problem"))};
+	struct bulk_progress progress = {0};
 	enum tw_status status = query_only(&call->query, known, error);
 	if (status == TW_OK)
 		status = parse_kind(query_get(&call->query, "kind"), &query.kinds, error);
 	if (status == TW_OK)
-		status = parse_redrivable(query_get(&call->query, "state"), &states, error);
-	int64_t until_ms = call_now_ms() + REDRIVE_MS;
-	for (query.state = JOB_QUEUED; status == TW_OK && query.state < JOB_STATES; query.state++)
-		if (states >> query.state & 1)
-			status = redrive_state(call, &query, until_ms, &redriven, &more, error);
+		status = parse_redrivable(query_get(&call->query, "state"), &query.states, error);
+	if (status == TW_OK)
+		status = redrive_until(call, &query, call_now_ms() + REDRIVE_MS, &progress, error);
 	if (status != TW_OK)
 		return status;
-	json_t *json = json_pack("{s:I, s:b}", "redriven", (json_int_t)redriven, "more", more);
+	json_t *json = json_pack("{s:I, s:b}", "redriven", (json_int_t)progress.changed, "more", !progress.done);
 	return response_json(&call->response, 200, json, error);
 }

@@ -43,13 +43,27 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struc
 	return status;
 }
 
-/* The part of the list that is of one kind and state. */
-static enum tw_status list_part(struct store *store, int64_t tenant, enum job_kind kind, enum job_state state,
-				int64_t cursor, struct row_numbers *list, struct tw_error *error)
+/* Whether a job is what the query means, beside that by which it is found; bound by bind_match. */
+#define MATCHES                                                                                                        \
+	" AND (?1 = 0 OR ?1 >> class & 1 = 1) AND (?2 = 0 OR created_ms < ?2)"                                         \
+	" AND (?3 = '' OR EXISTS (SELECT 1 FROM lane l JOIN job_group g ON g.number = l.job_group"                     \
+	"  WHERE l.number = job.lane AND g.name = ?3))"
+
+static void bind_match(struct sql *q, const struct job_query *query)
 {
-	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_kind WHERE tenant = ? AND kind = ?"
-					" AND state = ? AND number < ? ORDER BY number DESC LIMIT ?");
-	sql_bind_int(&q, tenant);
+	sql_bind_int(q, query->classes);
+	sql_bind_int(q, query->created_before_ms);
+	sql_bind_text(q, query->group ? query->group : "");
+}
+
+/* The part of the list that is of one kind and state. */
+static enum tw_status list_part(struct store *store, const struct job_query *query, enum job_kind kind,
+				enum job_state state, int64_t cursor, struct row_numbers *list, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_kind WHERE tenant = ?4 AND kind = ?5"
+					" AND state = ?6 AND number < ?7" MATCHES " ORDER BY number DESC LIMIT ?8");
+	bind_match(&q, query);
+	sql_bind_int(&q, query->tenant);
 	sql_bind_int(&q, kind);
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, cursor);
@@ -57,12 +71,14 @@ static enum tw_status list_part(struct store *store, int64_t tenant, enum job_ki
 	return row_merge(list, &q, error);
 }
 
-static enum tw_status list_state(struct store *store, int64_t tenant, enum job_state state, int64_t cursor,
-				 struct row_numbers *list, struct tw_error *error)
+static enum tw_status list_state(struct store *store, const struct job_query *query, enum job_state state,
+				 int64_t cursor, struct row_numbers *list, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE tenant = ? AND state = ?"
-					" AND number < ? ORDER BY number DESC LIMIT ?");
-	sql_bind_int(&q, tenant);
+	struct sql q =
+		sql_query(store, "SELECT number FROM job INDEXED BY job_by_state WHERE tenant = ?4 AND state = ?5"
+				 " AND number < ?6" MATCHES " ORDER BY number DESC LIMIT ?7");
+	bind_match(&q, query);
+	sql_bind_int(&q, query->tenant);
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, cursor);
 	sql_bind_int(&q, (int64_t)list->limit);
@@ -73,16 +89,17 @@ static enum tw_status list_problem(struct store *store, const struct job_query *
 				   struct row_numbers *list, struct tw_error *error)
 {
 	struct sql q =
-		sql_query(store, "SELECT number FROM job INDEXED BY job_by_problem"
-				 " WHERE tenant = ?6 AND failure_type = ?1 AND failure_type <> '' AND number < ?2"
-				 " AND (?3 = 0 OR ?3 >> kind & 1 = 1) AND (?4 = 0 OR ?4 >> state & 1 = 1)"
-				 " ORDER BY number DESC LIMIT ?5");
+		sql_query(store, "SELECT number FROM job INDEXED BY job_by_problem WHERE tenant = ?4"
+				 " AND failure_type = ?5 AND failure_type <> '' AND number < ?6"
+				 " AND (?7 = 0 OR ?7 >> kind & 1 = 1) AND (?8 = 0 OR ?8 >> state & 1 = 1)" MATCHES
+				 " ORDER BY number DESC LIMIT ?9");
+	bind_match(&q, query);
+	sql_bind_int(&q, query->tenant);
 	sql_bind_text(&q, query->failure_type);
 	sql_bind_int(&q, cursor);
 	sql_bind_int(&q, query->kinds);
 	sql_bind_int(&q, query->states);
 	sql_bind_int(&q, (int64_t)list->limit);
-	sql_bind_int(&q, query->tenant);
 	return row_merge(list, &q, error);
 }
 
@@ -97,10 +114,10 @@ static enum tw_status list_numbers(struct store *store, const struct job_query *
 		if (query->states && !(query->states >> state & 1))
 			continue;
 		if (!query->kinds)
-			status = list_state(store, query->tenant, state, cursor, list, error);
+			status = list_state(store, query, state, cursor, list, error);
 		for (enum job_kind kind = 0; status == TW_OK && kind < JOB_KINDS; kind++)
 			if (query->kinds >> kind & 1)
-				status = list_part(store, query->tenant, kind, state, cursor, list, error);
+				status = list_part(store, query, kind, state, cursor, list, error);
 	}
 	return status;
 }

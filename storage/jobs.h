@@ -11,12 +11,15 @@ enum tw_status job_get(struct store *store, int64_t tenant, const char *id, stru
 
 /* Newest first. Pages do not shift when jobs are added while a client turns them. */
 struct job_query {
-	int64_t tenant;           /* not TENANT_ANY */
-	unsigned kinds;           /* JOB_KIND_BIT…; 0 for all */
-	unsigned states;          /* 1u << state…; 0 for all */
-	const char *failure_type; /* only those that failed with it, "store-full"; NULL for all */
-	int64_t cursor;           /* 0, or `next` of the page before */
-	uint32_t limit;           /* 1…1000 */
+	int64_t tenant;            /* not TENANT_ANY */
+	unsigned kinds;            /* JOB_KIND_BIT…; 0 for all */
+	unsigned states;           /* 1u << state…; 0 for all */
+	unsigned classes;          /* JOB_CLASS_BIT…; 0 for all */
+	const char *failure_type;  /* only those that failed with it, "store-full"; NULL for all */
+	const char *group;         /* NULL for all */
+	int64_t created_before_ms; /* 0 for all */
+	int64_t cursor;            /* 0, or `next` of the page before */
+	uint32_t limit;            /* 1…1000 */
 };
 enum tw_status job_list(struct store *store, const struct job_query *query, struct job_page *page,
 			struct tw_error *error) TW_NODISCARD;

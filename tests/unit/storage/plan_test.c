@@ -1,8 +1,8 @@
 /* However many rows there are, no statement walks a table: SQLite is asked how it would run every one of them. */
 #include "tests/unit/storage/fixture.h"
 
+#include "storage/bulk.h"
 #include "storage/recording.h"
-#include "storage/redrive.h"
 #include "storage/sql.h"
 
 /* What may be walked: tables of one row or a handful, what a statement has put together itself, and the running jobs,
@@ -168,12 +168,12 @@ static void work_on_everything(struct fixture *f, const char *mesh, const char *
 	ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
 	ok(f, job_redrive(f->store, TENANT_DEFAULT, ticket.job_id, &f->error));
 	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &state, &f->error));
-	struct redrive_query redrive = {.tenant = TENANT_DEFAULT, .state = JOB_CANCELLED};
-	struct redrive_progress progress = {0};
-	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
-	assert_int_equal(progress.redriven, 1);
+	struct job_query redrive = {.tenant = TENANT_DEFAULT, .states = 1u << JOB_CANCELLED};
+	struct bulk_progress progress = {0};
+	ok(f, bulk_step(f->store, BULK_REDRIVE, &redrive, &progress, &f->error));
+	assert_int_equal(progress.changed, 1);
 	redrive.failure_type = "wrong";
-	ok(f, redrive_step(f->store, &redrive, &progress, &f->error));
+	ok(f, bulk_step(f->store, BULK_REDRIVE, &redrive, &progress, &f->error));
 	ok(f, job_cancel(f->store, TENANT_DEFAULT, ticket.job_id, &state, &f->error));
 	read_everything(f, mesh, ticket.job_id);
 	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, "{}", layout);

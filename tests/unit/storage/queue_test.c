@@ -1,8 +1,8 @@
 /* The queue's promises. */
 #include "tests/unit/storage/fixture.h"
 
+#include "storage/bulk.h"
 #include "storage/job_state.h"
-#include "storage/redrive.h"
 #include "storage/sql.h"
 
 #include <time.h>
@@ -387,14 +387,14 @@ static void fail_all(struct fixture *f, const char *type)
 	}
 }
 
-static uint64_t redrive_all(struct fixture *f, const struct redrive_query *query)
+static uint64_t redrive_all(struct fixture *f, const struct job_query *query)
 {
-	struct redrive_progress progress = {0};
+	struct bulk_progress progress = {0};
 	for (int steps = 0; !progress.done; steps++) {
 		assert_true(steps < 100);
-		ok(f, redrive_step(f->store, query, &progress, &f->error));
+		ok(f, bulk_step(f->store, BULK_REDRIVE, query, &progress, &f->error));
 	}
-	return progress.redriven;
+	return progress.changed;
 }
 
 static void many_are_redriven_by_query_in_steps(void **state)
@@ -439,16 +439,16 @@ static void many_are_redriven_by_query_in_steps(void **state)
 	job_page_clear(&page);
 
 	/* By problem and kind: the field stays. */
-	struct redrive_query full = {.tenant = TENANT_DEFAULT,
-				     .state = JOB_FAILED,
-				     .failure_type = "store-full",
-				     .kinds = JOB_KIND_BIT(JOB_COMPUTE_LAYOUT)};
-	struct redrive_progress progress = {0};
-	ok(f, redrive_step(f->store, &full, &progress, &f->error));
+	struct job_query full = {.tenant = TENANT_DEFAULT,
+				 .states = 1u << JOB_FAILED,
+				 .failure_type = "store-full",
+				 .kinds = JOB_KIND_BIT(JOB_COMPUTE_LAYOUT)};
+	struct bulk_progress progress = {0};
+	ok(f, bulk_step(f->store, BULK_REDRIVE, &full, &progress, &f->error));
 	assert_false(progress.done);
-	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0"), progress.redriven);
-	assert_in_range(progress.redriven, 1, 100);
-	assert_int_equal(progress.redriven + redrive_all(f, &full), 120);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0"), progress.changed);
+	assert_in_range(progress.changed, 1, 100);
+	assert_int_equal(progress.changed + redrive_all(f, &full), 120);
 	assert_int_equal(redrive_all(f, &full), 0);
 	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field), JOB_FAILED);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0 AND attempts = 0"
@@ -456,15 +456,16 @@ static void many_are_redriven_by_query_in_steps(void **state)
 			 120);
 
 	/* The layout needs the field, which goes back with it, but was not asked for. */
-	struct redrive_query dependents = {
-		.tenant = TENANT_DEFAULT, .state = JOB_FAILED, .failure_type = "dependency-failed"};
+	struct job_query dependents = {
+		.tenant = TENANT_DEFAULT, .states = 1u << JOB_FAILED, .failure_type = "dependency-failed"};
 	assert_int_equal(redrive_all(f, &dependents), 1);
 	assert_int_equal(fixture_state(f, RESOURCE_FIELD, field), JOB_QUEUED);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 0 AND waiting_for = 1"), 1);
 
 	/* All that is left. */
-	assert_int_equal(redrive_all(f, &(struct redrive_query){.tenant = TENANT_DEFAULT, .state = JOB_FAILED}), 1);
-	assert_int_equal(redrive_all(f, &(struct redrive_query){.tenant = TENANT_DEFAULT, .state = JOB_CANCELLED}), 1);
+	assert_int_equal(redrive_all(f, &(struct job_query){.tenant = TENANT_DEFAULT, .states = 1u << JOB_FAILED}), 1);
+	assert_int_equal(redrive_all(f, &(struct job_query){.tenant = TENANT_DEFAULT, .states = 1u << JOB_CANCELLED}),
+			 1);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state <> 0"), 0);
 }
 
@@ -476,14 +477,14 @@ static void a_job_is_redriven_once_by_a_query(void **state)
 	for (int i = 0; i < 60; i++)
 		fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, id);
 	fail_all(f, "store-full");
-	struct redrive_query query = {.tenant = TENANT_DEFAULT, .state = JOB_FAILED};
-	struct redrive_progress progress = {0};
+	struct job_query query = {.tenant = TENANT_DEFAULT, .states = 1u << JOB_FAILED};
+	struct bulk_progress progress = {0};
 	for (int steps = 0; !progress.done; steps++) {
 		assert_true(steps < 10);
-		ok(f, redrive_step(f->store, &query, &progress, &f->error));
+		ok(f, bulk_step(f->store, BULK_REDRIVE, &query, &progress, &f->error));
 		fail_all(f, "store-full");
 	}
-	assert_int_equal(progress.redriven, 60);
+	assert_int_equal(progress.changed, 60);
 }
 
 static void jobs_are_counted_by_state(void **state)

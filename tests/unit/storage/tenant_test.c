@@ -1,7 +1,7 @@
 /* Tenants: what is another's is not there; and one is deleted whole. */
 #include "storage/access.h"
+#include "storage/bulk.h"
 #include "storage/recording.h"
-#include "storage/redrive.h"
 #include "tests/unit/storage/fixture.h"
 
 #include <signal.h>
@@ -180,12 +180,12 @@ static void a_redrive_takes_the_tenants_own(void **state)
 		ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
 	}
 	for (int i = 0; i < 2; i++) {
-		struct redrive_query query = {
-			.tenant = mill, .state = JOB_FAILED, .failure_type = i ? NULL : "store-full"};
-		struct redrive_progress progress = {0};
+		struct job_query query = {
+			.tenant = mill, .states = 1u << JOB_FAILED, .failure_type = i ? NULL : "store-full"};
+		struct bulk_progress progress = {0};
 		while (!progress.done)
-			ok(f, redrive_step(f->store, &query, &progress, &f->error));
-		assert_int_equal(progress.redriven, i ? 0 : 1);
+			ok(f, bulk_step(f->store, BULK_REDRIVE, &query, &progress, &f->error));
+		assert_int_equal(progress.changed, i ? 0 : 1);
 	}
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job WHERE state = 3 AND tenant = 1"), 1);
 }
