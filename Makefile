@@ -156,9 +156,11 @@ test-http: ## only the HTTP, contract and process tests
 	+$(Q)$(make_all) config=$(test_config) all helper-programs
 	$(Q)$(run_tests) http
 
-soak: deps-test ## kills, a full disk, tricklers, aborts and load, each for seconds=60, or attacks="kills disk" of them
-	+$(Q)$(make_all) all
+# Ten thousand searches from warm states, compared with those from scratch, take a quarter of an hour.
+soak: deps-test ## kills, a full disk, tricklers, aborts and load, each for seconds=60, or attacks="kills disk" of them; then moves=10000 of terminals
+	+$(Q)$(make_all) all $(out)/tests/unit/steiner/warm
 	$(Q)TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" node tests/soak/soak.mjs $(if $(filter file,$(origin seconds)),60,$(seconds)) $(attacks)
+	$(Q)$(if $(attacks),,MOVES=$(or $(moves),10000) $(out)/tests/unit/steiner/warm)
 
 bench: deps-test ## speed and memory on the sample suit, each figure beside its goal
 	$(Q)$(MAKE) --no-print-directory all bench-programs

@@ -22,6 +22,24 @@ double search_clock_s(void)
 	return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+void search_init(struct search *search, const struct graph *graph, const uint32_t *terminals, uint32_t terminal_count,
+		 const struct steiner_options *options, struct steiner_stats *stats, struct tw_error *error)
+{
+	*search = (struct search){
+		.graph = graph,
+		.terminals = terminals,
+		.terminal_count = terminal_count,
+		.options = options,
+		.stats = stats,
+		.best_weight = UINT64_MAX,
+		.best_fine = FINE_MAX,
+		.assumed = FINE_MAX,
+		.started_s = search_clock_s(),
+		.stage = "start",
+		.error = error,
+	};
+}
+
 static void report(struct search *search, double now_s)
 {
 	search->last_progress_s = now_s;

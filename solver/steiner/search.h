@@ -38,6 +38,10 @@ struct search {
 	struct tw_error *error; /* borrowed; may be NULL */
 };
 
+/* A search that has not begun: no arena, no instance, no tree. Borrows everything. */
+void search_init(struct search *search, const struct graph *graph, const uint32_t *terminals, uint32_t terminal_count,
+		 const struct steiner_options *options, struct steiner_stats *stats, struct tw_error *error);
+
 /* Counts effort. False when the search must stop: the stage then returns TW_ERROR_CANCELLED at once. Call it at least
  * every 100,000 units; it is cheap. */
 static inline int search_spend(struct search *search, uint64_t units);

@@ -4,11 +4,15 @@
 #include "solver/steiner/reduce/bound.h"
 #include "solver/steiner/reduce/reduce.h"
 #include "solver/steiner/search.h"
+#include "solver/steiner/warm/attempt.h"
 
 #include <string.h>
 
 /* Work units for each edge. */
 enum { ASCENT_SHARE = 30, ASCENT_LEAST = 1500000 };
+
+/* So much, and more for each edge, an attempt from a warm state may take: */
+enum { WARM_SHARE = 150, WARM_LEAST = 1000000 };
 
 static enum tw_status run_stages(struct search *search)
 {
@@ -63,15 +67,30 @@ static enum tw_status conclude(struct search *search, enum tw_status status, str
 	return TW_OK;
 }
 
-static enum tw_status solve_in(struct search *search, struct arena *arena, struct steiner_tree *tree)
+static enum tw_status begin(struct search *search, uint32_t apart[2])
 {
-	uint32_t apart[2];
+	search->arena = arena_new(search->options->memory_limit);
+	if (!search->arena)
+		return TW_ERROR_MEMORY;
 	search->best_edges = ARENA_ARRAY(search->arena, search->graph->vertex_count, uint32_t);
 	if (!search->best_edges)
 		return TW_ERROR_MEMORY;
-	enum tw_status status = instance_init(&search->instance, search->arena, search->graph, search->terminals,
-					      search->terminal_count, search->options->ties,
-					      search_uses(search, STEINER_PERTURBATION), apart);
+	return instance_init(&search->instance, search->arena, search->graph, search->terminals, search->terminal_count,
+			     search->options->ties, search_uses(search, STEINER_PERTURBATION), apart);
+}
+
+static void end(struct search *search, struct steiner_tree *tree)
+{
+	tree->stats.work = search->work;
+	tree->stats.memory_peak = search->arena ? arena_peak(search->arena) : 0;
+	tree->stats.seconds_total = search_clock_s() - search->started_s;
+	arena_free(search->arena);
+}
+
+static enum tw_status solve_from_scratch(struct search *search, struct arena *arena, struct steiner_tree *tree)
+{
+	uint32_t apart[2];
+	enum tw_status status = begin(search, apart);
 	if (status == TW_ERROR_NOT_FOUND) {
 		tree->outcome = STEINER_INFEASIBLE;
 		tree->terminal_a = apart[0];
@@ -81,6 +100,21 @@ static enum tw_status solve_in(struct search *search, struct arena *arena, struc
 	if (status == TW_OK)
 		status = run_stages(search);
 	return conclude(search, status, arena, tree);
+}
+
+/* *solved: there is a proof. Otherwise, whatever the reason, the search from scratch is to begin. */
+static enum tw_status solve_from_warm(struct search *search, struct arena *arena, struct steiner_tree *tree,
+				      bool *solved)
+{
+	uint32_t apart[2];
+	*solved = false;
+	enum tw_status status = begin(search, apart);
+	if (status == TW_OK)
+		status = warm_attempt(search->options->warm, search, solved);
+	tree->stats.is_from_warm = *solved;
+	if (*solved)
+		return conclude(search, TW_OK, arena, tree);
+	return status == TW_ERROR_INTERNAL ? status : TW_OK;
 }
 
 enum tw_status steiner_solve(const struct graph *graph, const uint32_t *terminals, uint32_t terminal_count,
@@ -97,25 +131,26 @@ enum tw_status steiner_solve(const struct graph *graph, const uint32_t *terminal
 			return tw_fail(error, TW_ERROR_INPUT, "steiner-terminal-range", NULL,
 				       "terminal %u is vertex %u, but the graph has %u vertices", i, terminals[i],
 				       graph->vertex_count);
-	struct search search = {
-		.graph = graph,
-		.terminals = terminals,
-		.terminal_count = terminal_count,
-		.options = options ? options : &defaults,
-		.stats = &tree->stats,
-		.best_weight = UINT64_MAX,
-		.best_fine = FINE_MAX,
-		.assumed = FINE_MAX,
-		.started_s = search_clock_s(),
-		.stage = "start",
-		.error = error,
-	};
-	search.arena = arena_new(search.options->memory_limit);
-	enum tw_status status = search.arena ? solve_in(&search, arena, tree) : TW_ERROR_MEMORY;
-	tree->stats.work = search.work;
-	tree->stats.memory_peak = search.arena ? arena_peak(search.arena) : 0;
-	tree->stats.seconds_total = search_clock_s() - search.started_s;
-	arena_free(search.arena);
+	options = options ? options : &defaults;
+	struct search search;
+	struct steiner_options hurried = *options;
+	enum tw_status status = TW_OK;
+	bool solved = false;
+	if (options->warm) {
+		const uint64_t most = WARM_SHARE * (uint64_t)graph->edge_count + WARM_LEAST;
+		hurried.work_limit = options->work_limit && options->work_limit < most ? options->work_limit : most;
+		search_init(&search, graph, terminals, terminal_count, &hurried, &tree->stats, error);
+		status = solve_from_warm(&search, arena, tree, &solved);
+		end(&search, tree);
+	}
+	if (status == TW_OK && !solved) {
+		*tree = (struct steiner_tree){0};
+		search_init(&search, graph, terminals, terminal_count, options, &tree->stats, error);
+		status = solve_from_scratch(&search, arena, tree);
+		if (options->warm)
+			warm_missed(options->warm, tree);
+		end(&search, tree);
+	}
 	if (status == TW_ERROR_MEMORY)
 		return tw_fail_memory(error);
 	return status;

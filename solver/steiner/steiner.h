@@ -46,6 +46,8 @@ struct steiner_progress {
 	const char *stage; /* borrowed, static: "dual ascent" */
 };
 
+struct steiner_warm;
+
 struct steiner_options {
 	double time_limit_s; /* wall clock; 0 for none. Makes the answer depend on the machine */
 	uint64_t work_limit; /* work units; 0 for none. Deterministic */
@@ -57,6 +59,13 @@ struct steiner_options {
 	 * numbering; two trees that agree in both sums are as unlikely as hashes of 32 bits can make it. Without, any
 	 * lightest tree. */
 	const uint32_t *ties;
+	/* What an earlier search left, to start from, and what this one leaves; may be NULL. Never changes a proven
+	 * answer. Only looked at where there are ties. warm/warm.h */
+	struct steiner_warm *warm;
+	/* For `warm`: vertices below lasting_count are the same in all its searches; another, v, is the same as any of
+	 * the same name vertex_name[v - lasting_count]. vertex_name NULL: all last. */
+	uint32_t lasting_count;
+	const uint64_t *vertex_name; /* borrowed */
 	uint64_t disable; /* set of enum steiner_feature bits switched off, for tests: the value must stay the same */
 	/* Called from the calling thread, at stage ends and at most some times a second; may be NULL. */
 	void (*progress)(void *context, const struct steiner_progress *progress);
@@ -73,6 +82,7 @@ struct steiner_stats {
 	uint32_t vertices_left; /* after reductions and fixing */
 	uint32_t edges_left;
 	size_t memory_peak; /* bytes of scratch memory */
+	bool is_from_warm;  /* the warm state led to the proof; the rest is of that search alone */
 	double seconds_reduce, seconds_dual, seconds_primal, seconds_exact,
 		seconds_total; /* wall clock; never in result bytes */
 };

@@ -185,22 +185,13 @@ enum tw_status steiner_certify(const struct graph *graph, const uint32_t *termin
 			       "there is no tree to certify: the terminals are not connected");
 	const struct steiner_options options = {.memory_limit = memory_limit};
 	struct steiner_stats stats = {0};
-	struct search search = {
-		.graph = graph,
-		.terminals = terminals,
-		.terminal_count = terminal_count,
-		.options = &options,
-		.stats = &stats,
-		.arena = arena_new(memory_limit),
-		.best_weight = tree->weight,
-		.best_edges = tree->edges,
-		.best_count = tree->edge_count,
-		.best_fine = FINE_MAX,
-		.assumed = FINE_MAX,
-		.started_s = search_clock_s(),
-		.stage = "certificate",
-		.error = error,
-	};
+	struct search search;
+	search_init(&search, graph, terminals, terminal_count, &options, &stats, error);
+	search.arena = arena_new(memory_limit);
+	search.best_weight = tree->weight;
+	search.best_edges = tree->edges;
+	search.best_count = tree->edge_count;
+	search.stage = "certificate";
 	*certificate = (struct steiner_certificate){
 		.vertex_count = graph->vertex_count,
 		.edge_count = graph->edge_count,

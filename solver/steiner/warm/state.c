@@ -1,0 +1,38 @@
+/* Purpose: the life of a warm state, and the names by which it knows vertices. */
+#include "solver/steiner/warm/state.h"
+
+#include <stdlib.h>
+
+struct steiner_warm *steiner_warm_new(size_t budget)
+{
+	struct steiner_warm *warm = calloc(1, sizeof *warm);
+	if (warm)
+		warm->budget = budget;
+	return warm;
+}
+
+void steiner_warm_free(struct steiner_warm *warm)
+{
+	if (!warm)
+		return;
+	arena_free(warm->arena);
+	free(warm);
+}
+
+size_t steiner_warm_bytes(const struct steiner_warm *warm)
+{
+	return sizeof *warm + (warm->arena ? arena_used(warm->arena) : 0);
+}
+
+bool steiner_warm_is_due(const struct steiner_warm *warm)
+{
+	return warm->is_due;
+}
+
+void warm_name_vertices(const struct search *search, uint32_t *vertex_of)
+{
+	const struct instance *instance = &search->instance;
+	for (uint32_t e = 0; e < instance->edge_count; e++)
+		for (uint32_t side = 0; side < 2; side++)
+			vertex_of[instance->ends[2 * e + side]] = search->graph->ends[2 * instance->origin[e] + side];
+}
