@@ -20,6 +20,7 @@
 #include <sqlite3.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 struct fixture {
@@ -51,10 +52,10 @@ static inline void fixture_check(enum tw_status status, struct fixture *f, const
 		assert_string_equal((f)->error.type, (expected_type));                                                 \
 	} while (0)
 
-static inline int fixture_new(void **state)
+static inline int fixture_new_in(void **state, const char *parent)
 {
 	struct fixture *f = calloc(1, sizeof *f);
-	snprintf(f->directory, sizeof f->directory, "/tmp/tightwire-store-XXXXXX");
+	snprintf(f->directory, sizeof f->directory, "%s/tightwire-store-XXXXXX", parent);
 	assert_non_null(mkdtemp(f->directory));
 	snprintf(f->path, sizeof f->path, "%s/store.db", f->directory);
 	snprintf(f->url, sizeof f->url, "sqlite:%s", f->path);
@@ -65,6 +66,20 @@ static inline int fixture_new(void **state)
 	sqlite3_busy_timeout(f->oracle, 10000);
 	*state = f;
 	return 0;
+}
+
+static inline int fixture_new(void **state)
+{
+	return fixture_new_in(state, "/tmp");
+}
+
+/* In memory, where there is room: for tests that write thousands of times, and nothing about disks. */
+static inline int fixture_new_fast(void **state)
+{
+	struct statvfs memory;
+	bool fits = statvfs("/dev/shm", &memory) == 0 && access("/dev/shm", W_OK) == 0 &&
+		    (uint64_t)memory.f_bavail * memory.f_frsize > UINT64_C(1) << 30;
+	return fixture_new_in(state, fits ? "/dev/shm" : "/tmp");
 }
 
 static inline int fixture_free(void **state)
@@ -177,5 +192,6 @@ static inline void fixture_finish(struct fixture *f, const struct job_ticket *ti
 }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, fixture_new, fixture_free)
+#define FAST_TEST(name) cmocka_unit_test_setup_teardown(name, fixture_new_fast, fixture_free)
 
 #endif
