@@ -56,15 +56,13 @@ CXXFLAGS_ALL = -std=gnu++17 $(common) $(warnings) $(package_cflags) $(CXXFLAGS)
 flags.solver/field/strain.c := -O3 -fno-math-errno -fno-trapping-math
 flags.solver/field/strain_mean.c := $(flags.solver/field/strain.c)
 flags.solver/field/strip.c := $(flags.solver/field/strain.c)
-# Kernels once for each instruction set; which of them runs is decided at run time (solver/linear/isa.h).
+# Kernels once for each instruction set; which of them runs is decided at run time (solver/linear/isa.h). -O3 unrolls their
+# short loops.
 ifeq ($(shell uname -m),x86_64)
-flags.avx2 := -mavx2
-flags.avx512 := -mavx512f -mavx512vl -mavx512dq -mavx512bw
+isa.avx2 := -mavx2
+isa.avx512 := -mavx512f -mavx512vl -mavx512dq -mavx512bw
 endif
-flags.solver/linear/kernels_avx2.c := $(flags.avx2)
-flags.solver/linear/kernels_avx512.c := $(flags.avx512)
-flags.solver/steiner/flow/sweep_avx2.c := $(flags.avx2)
-flags.solver/steiner/flow/sweep_avx512.c := $(flags.avx512)
+$(foreach isa,base avx2 avx512,$(foreach file,linear/kernels steiner/flow/sweep,$(eval flags.solver/$(file)_$(isa).c := -O3 $(isa.$(isa)))))
 -include tests/flags.mk
 
 .DEFAULT_GOAL := all

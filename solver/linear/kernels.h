@@ -6,11 +6,11 @@
 #include "solver/linear/ldl.h"
 
 struct ldl_kernels {
-	/* The panels panel…panel_end - 1, for the columns first…end-1 of x, whole blocks: forward in their order,
-	 * backward in the other. */
-	void (*forward)(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end, uint32_t panel,
+	/* The panels panel…panel_end - 1, for all columns of x, whole blocks; x begins with the row of place `base`.
+	 * Forward in their order, backward in the other. */
+	void (*forward)(const struct ldl *ldl, float *x, uint32_t base, uint32_t stride, uint32_t panel,
 			uint32_t panel_end);
-	void (*backward)(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end, uint32_t panel,
+	void (*backward)(const struct ldl *ldl, float *x, uint32_t base, uint32_t stride, uint32_t panel,
 			 uint32_t panel_end);
 	/* For `count` rows of `width` values l: the row to[i] of `sum`, LDL_PANEL_WIDTH numbers, loses the row's values
 	 * times the rows of `share`, which are as long. */

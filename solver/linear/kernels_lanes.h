@@ -25,46 +25,45 @@
 #if LANES_NATIVE == 16
 #define FOR_COLUMNS(step)                                                                                              \
 	do {                                                                                                           \
-		if (end - i >= 48)                                                                                     \
-			step##_16(ldl, at, x + i, stride, 3), i += 48;                                                 \
-		else if (end - i >= 32)                                                                                \
-			step##_16(ldl, at, x + i, stride, 2), i += 32;                                                 \
-		else if (end - i >= 16)                                                                                \
-			step##_16(ldl, at, x + i, stride, 1), i += 16;                                                 \
+		if (stride - i >= 48)                                                                                  \
+			step##_16(ldl, at, x + i, base, stride, 3), i += 48;                                           \
+		else if (stride - i >= 32)                                                                             \
+			step##_16(ldl, at, x + i, base, stride, 2), i += 32;                                           \
+		else if (stride - i >= 16)                                                                             \
+			step##_16(ldl, at, x + i, base, stride, 1), i += 16;                                           \
 		else                                                                                                   \
-			step##_8(ldl, at, x + i, stride, 1), i += 8;                                                   \
-	} while (i < end)
+			step##_8(ldl, at, x + i, base, stride, 1), i += 8;                                             \
+	} while (i < stride)
 #elif LANES_NATIVE == 8
 #define FOR_COLUMNS(step)                                                                                              \
 	do {                                                                                                           \
-		if (end - i >= 16)                                                                                     \
-			step##_8(ldl, at, x + i, stride, 2), i += 16;                                                  \
+		if (stride - i >= 16)                                                                                  \
+			step##_8(ldl, at, x + i, base, stride, 2), i += 16;                                            \
 		else                                                                                                   \
-			step##_8(ldl, at, x + i, stride, 1), i += 8;                                                   \
-	} while (i < end)
+			step##_8(ldl, at, x + i, base, stride, 1), i += 8;                                             \
+	} while (i < stride)
 #else
 #define FOR_COLUMNS(step)                                                                                              \
 	do {                                                                                                           \
-		step##_4(ldl, at, x + i, stride, 2), i += 8;                                                           \
-	} while (i < end)
+		step##_4(ldl, at, x + i, base, stride, 2), i += 8;                                                     \
+	} while (i < stride)
 #endif
 
-static void forward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end, uint32_t panel,
-		    uint32_t panel_end)
+static void forward(const struct ldl *ldl, float *x, uint32_t base, uint32_t stride, uint32_t panel, uint32_t panel_end)
 {
 	for (uint32_t p = panel; p < panel_end; p++) {
 		const struct ldl_panel *const at = &ldl->panel[p];
-		uint32_t i = first;
+		uint32_t i = 0;
 		FOR_COLUMNS(forward_any);
 	}
 }
 
-static void backward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end, uint32_t panel,
+static void backward(const struct ldl *ldl, float *x, uint32_t base, uint32_t stride, uint32_t panel,
 		     uint32_t panel_end)
 {
 	for (uint32_t p = panel_end; p-- > panel;) {
 		const struct ldl_panel *const at = &ldl->panel[p];
-		uint32_t i = first;
+		uint32_t i = 0;
 		FOR_COLUMNS(backward_any);
 	}
 }

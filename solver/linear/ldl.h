@@ -81,15 +81,27 @@ enum tw_status ldl_factorise(struct ldl *ldl, struct arena *scratch, const struc
 uint32_t ldl_part_of(const struct ldl *ldl, uint32_t place);
 uint32_t ldl_place_in(const struct ldl *ldl, uint32_t part, uint32_t place);
 
-/* The steps of a solve in place: x[place * stride + column], rows of whole LANES_BLOCKs. Forward in every part, in
- * any order; then the top for all columns; then backward in every part, in any order. Copies must be 0, or hold what
- * is to be added to the top's right-hand side; in the end they hold the top's solution. ldl_solve_top works on the
- * columns first…end-1, multiples of LANES_BLOCK. Calls of the same step do not depend on one another. */
+/* The steps of a solve in place: x[place * stride + column], rows of whole LANES_BLOCKs.
+ *   1. Forward in every part, in any order. Copies must be 0, or hold what is to be added to the top's right-hand side.
+ *   2. The top, a chunk of columns at a time, in any order. It reads x and works in memory of its own, so that threads
+ *      with different chunks do not write to the same lines.
+ *   3. Backward in every part and in the top, which is part `part_count`, in any order: fills the part's rows, the
+ *      copies' among them. */
+struct ldl_top {
+	float *value;   /* [ldl_top_size(ldl, stride)] chunk by chunk */
+	uint32_t width; /* columns of a chunk, whole blocks; the last may have fewer */
+};
 void ldl_forward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t part);
-void ldl_solve_top(const struct ldl *ldl, float *x, uint32_t stride, uint32_t first, uint32_t end);
-void ldl_backward(const struct ldl *ldl, float *x, uint32_t stride, uint32_t part);
+void ldl_solve_top(const struct ldl *ldl, const float *x, const struct ldl_top *top, uint32_t stride, uint32_t chunk);
+void ldl_backward(const struct ldl *ldl, float *x, const struct ldl_top *top, uint32_t stride, uint32_t part);
+
+static inline size_t ldl_top_size(const struct ldl *ldl, uint32_t stride)
+{
+	const struct ldl_part *const top = &ldl->part[ldl->part_count];
+	return (size_t)(top->end - top->first) * stride;
+}
 
 /* All steps. */
-void ldl_solve(const struct ldl *ldl, float *x, uint32_t stride);
+void ldl_solve(const struct ldl *ldl, float *x, const struct ldl_top *top, uint32_t stride);
 
 #endif

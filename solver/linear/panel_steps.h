@@ -5,13 +5,13 @@
 #define INLINE static inline __attribute__((always_inline))
 
 /* y = L^-1 y in the panel's square; then x -= L y in the rows of its list. */
-INLINE void STEP(forward)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, size_t stride,
+INLINE void STEP(forward)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, uint32_t base, size_t stride,
 			  const unsigned width, const unsigned vectors)
 {
 	enum { FLOATS = sizeof(LANES) / sizeof(float) };
 	const float *l = ldl->value + panel->value;
 	const uint32_t *const row = ldl->row + panel->row;
-	float *const own = x + panel->first * stride;
+	float *const own = x + (panel->first - base) * stride;
 	LANES y[LDL_PANEL_WIDTH][3];
 	for (unsigned c = 0; c < width; c++, l += width)
 		for (unsigned i = 0; i < vectors; i++) {
@@ -22,7 +22,7 @@ INLINE void STEP(forward)(const struct ldl *ldl, const struct ldl_panel *panel, 
 			*at = y[c][i];
 		}
 	for (uint32_t r = 0; r < panel->row_count; r++, l += width) {
-		float *const to = x + row[r] * stride;
+		float *const to = x + (row[r] - base) * stride;
 		for (unsigned i = 0; i < vectors; i++) {
 			LANES *const at = (LANES *)(to + i * FLOATS);
 			LANES sum = *at;
@@ -34,19 +34,19 @@ INLINE void STEP(forward)(const struct ldl *ldl, const struct ldl_panel *panel, 
 }
 
 /* y = D^-1 y - L' x over the rows of the list; then y = L'^-1 y in the square. */
-INLINE void STEP(backward)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, size_t stride,
+INLINE void STEP(backward)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, uint32_t base, size_t stride,
 			   const unsigned width, const unsigned vectors)
 {
 	enum { FLOATS = sizeof(LANES) / sizeof(float) };
 	const float *const square = ldl->value + panel->value, *l = square + width * width;
 	const uint32_t *const row = ldl->row + panel->row;
-	float *const own = x + panel->first * stride;
+	float *const own = x + (panel->first - base) * stride;
 	LANES y[LDL_PANEL_WIDTH][3];
 	for (unsigned c = 0; c < width; c++)
 		for (unsigned i = 0; i < vectors; i++)
 			y[c][i] = *(const LANES *)(own + c * stride + i * FLOATS) * ldl->inverse[panel->first + c];
 	for (uint32_t r = 0; r < panel->row_count; r++, l += width) {
-		const float *const from = x + row[r] * stride;
+		const float *const from = x + (row[r] - base) * stride;
 		for (unsigned i = 0; i < vectors; i++) {
 			const LANES at = *(const LANES *)(from + i * FLOATS);
 			for (unsigned c = 0; c < width; c++)
@@ -62,30 +62,30 @@ INLINE void STEP(backward)(const struct ldl *ldl, const struct ldl_panel *panel,
 }
 
 /* The widths in turn. */
-INLINE void STEP(forward_any)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, size_t stride,
-			      const unsigned vectors)
+INLINE void STEP(forward_any)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, uint32_t base,
+			      size_t stride, const unsigned vectors)
 {
 	if (panel->width == 4)
-		STEP(forward)(ldl, panel, x, stride, 4, vectors);
+		STEP(forward)(ldl, panel, x, base, stride, 4, vectors);
 	else if (panel->width == 3)
-		STEP(forward)(ldl, panel, x, stride, 3, vectors);
+		STEP(forward)(ldl, panel, x, base, stride, 3, vectors);
 	else if (panel->width == 2)
-		STEP(forward)(ldl, panel, x, stride, 2, vectors);
+		STEP(forward)(ldl, panel, x, base, stride, 2, vectors);
 	else
-		STEP(forward)(ldl, panel, x, stride, 1, vectors);
+		STEP(forward)(ldl, panel, x, base, stride, 1, vectors);
 }
 
-INLINE void STEP(backward_any)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, size_t stride,
-			       const unsigned vectors)
+INLINE void STEP(backward_any)(const struct ldl *ldl, const struct ldl_panel *panel, float *x, uint32_t base,
+			       size_t stride, const unsigned vectors)
 {
 	if (panel->width == 4)
-		STEP(backward)(ldl, panel, x, stride, 4, vectors);
+		STEP(backward)(ldl, panel, x, base, stride, 4, vectors);
 	else if (panel->width == 3)
-		STEP(backward)(ldl, panel, x, stride, 3, vectors);
+		STEP(backward)(ldl, panel, x, base, stride, 3, vectors);
 	else if (panel->width == 2)
-		STEP(backward)(ldl, panel, x, stride, 2, vectors);
+		STEP(backward)(ldl, panel, x, base, stride, 2, vectors);
 	else
-		STEP(backward)(ldl, panel, x, stride, 1, vectors);
+		STEP(backward)(ldl, panel, x, base, stride, 1, vectors);
 }
 
 #undef INLINE

@@ -37,11 +37,12 @@ static enum tw_status allocate(struct flow *flow, struct arena *arena)
 	flow->z = ARENA_ZEROED(arena, m * stride, float);
 	flow->potential = ARENA_ZEROED(arena, n * stride, float);
 	flow->next = ARENA_ZEROED(arena, n * stride, float);
+	flow->top.value = ARENA_ARRAY(arena, ldl_top_size(&flow->ldl, flow->stride), float);
 	flow->split.edge = ARENA_ARRAY(arena, m, struct flow_split_edge);
 	flow->split.own = ARENA_ARRAY(arena, SPLIT_BLOCK * m, int32_t);
 	return flow->ends && flow->part_edge && flow->origin && flow->slot && flow->inverse && flow->sink &&
-			       flow->price && flow->z && flow->potential && flow->next && flow->split.edge &&
-			       flow->split.own
+			       flow->price && flow->z && flow->potential && flow->next && flow->top.value &&
+			       flow->split.edge && flow->split.own
 		       ? TW_OK
 		       : TW_ERROR_MEMORY;
 }

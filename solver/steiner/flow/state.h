@@ -63,6 +63,7 @@ struct flow {
 	float *z;                 /* [edge_count * stride] */
 	struct flow_price *price; /* [edge_count] */
 	float *potential;         /* [ldl.place_count * stride] of the last iteration */
+	struct ldl_top top;       /* scratch of a solve */
 	float *next; /* [ldl.place_count * stride] the right-hand side of the next: A'(w - u), a sum over copies */
 
 	struct flow_split split; /* scratch of a split, with room for all edges */

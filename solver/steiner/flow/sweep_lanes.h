@@ -20,7 +20,6 @@
 /* 1.8 is ADMM's usual over-relaxation. Two Newton steps a sweep: one leaves mu behind when many commodities meet, a
  * third changes nothing after the first iterations. */
 static const float relaxation = 1.8f;
-enum { NEWTON_STEPS = 2 };
 
 /* Vectors, PER_BLOCK of them to a block. a > b ? a : b in each lane, and a < b ? a : b; and a sum and a number (less
  * than 0) of those above or below. */
@@ -138,33 +137,49 @@ INLINE struct flow_price newton(const struct beyond *beyond)
 	return (struct flow_price){price[0], price[1]};
 }
 
-/* A row of z and those of the edge's ends, and its prices. `blocks` is a constant where it is called for rows that fit
- * into the registers. */
+/* One Newton step for a row of z. */
+INLINE struct flow_price step(const lanes *z, unsigned blocks, struct flow_price price)
+{
+	const lanes most = lanes_of(price.forward), least = lanes_of(-price.backward);
+	struct beyond beyond = {0};
+	for (unsigned b = 0; b < blocks; b++)
+		for (unsigned i = 0; i < PER_BLOCK; i++, z++)
+			count_beyond(&beyond, i, *z, most, least);
+	return newton(&beyond);
+}
+
+/* New z of an edge that had prices, and its new prices. */
 INLINE struct flow_price advance(lanes *z, const lanes *u, const lanes *v, unsigned blocks, float inverse,
 				 struct flow_price price)
 {
 	const lanes scale = lanes_of(relaxation * inverse), keep = lanes_of(1 - relaxation),
 		    less = lanes_of(relaxation);
-	lanes most = lanes_of(price.forward), least = lanes_of(-price.backward);
+	const lanes most = lanes_of(price.forward), least = lanes_of(-price.backward);
 	struct beyond beyond = {0};
-	for (unsigned b = 0; b < blocks; b++)
-		for (unsigned i = 0; i < PER_BLOCK; i++, z++, u++, v++) {
-			const lanes part = lanes_min(most, lanes_max(least, *z));
+	for (unsigned b = 0, at = 0; b < blocks; b++)
+		for (unsigned i = 0; i < PER_BLOCK; i++, at++) {
+			const lanes part = lanes_min(most, lanes_max(least, z[at]));
 			/* (1 - alpha) (z - part) + part */
-			*z = scale * (*u - *v) + keep * *z + less * part;
-			count_beyond(&beyond, i, *z, most, least);
+			z[at] = scale * (u[at] - v[at]) + keep * z[at] + less * part;
+			count_beyond(&beyond, i, z[at], most, least);
 		}
-	price = newton(&beyond);
-	for (unsigned step = 1; step < NEWTON_STEPS; step++) {
-		most = lanes_of(price.forward), least = lanes_of(-price.backward);
-		beyond = (struct beyond){0};
-		z -= blocks * PER_BLOCK;
-		for (unsigned b = 0; b < blocks; b++)
-			for (unsigned i = 0; i < PER_BLOCK; i++, z++)
-				count_beyond(&beyond, i, *z, most, least);
-		price = newton(&beyond);
-	}
-	return price;
+	return step(z, blocks, newton(&beyond));
+}
+
+/* New z of an edge without prices, as most are: false when it still needs none. */
+INLINE bool advance_free(lanes *z, const lanes *u, const lanes *v, unsigned blocks, float inverse)
+{
+	const lanes scale = lanes_of(relaxation * inverse), keep = lanes_of(1 - relaxation), zero = {0};
+	lanes above[PER_BLOCK] = {0}, below[PER_BLOCK] = {0};
+	for (unsigned b = 0, at = 0; b < blocks; b++)
+		for (unsigned i = 0; i < PER_BLOCK; i++, at++) {
+			z[at] = scale * (u[at] - v[at]) + keep * z[at];
+			above[i] += lanes_max(z[at], zero);
+			below[i] += lanes_min(z[at], zero);
+		}
+	const lanes4 a = fold(above), b = -fold(below);
+	const lanes4 half = __builtin_shufflevector(a, b, 0, 4, 1, 5) + __builtin_shufflevector(a, b, 2, 6, 3, 7);
+	return half[0] + half[2] > 1 || half[1] + half[3] > 1;
 }
 
 /* u becomes shrink * u, and with it z = w + u. */
@@ -189,6 +204,14 @@ INLINE void hand_out(const lanes *z, lanes *u, lanes *v, unsigned vectors, struc
 	}
 }
 
+INLINE void hand_out_free(const lanes *z, lanes *u, lanes *v, unsigned vectors)
+{
+	for (unsigned i = 0; i < vectors; i++) {
+		u[i] += z[i];
+		v[i] -= z[i];
+	}
+}
+
 INLINE void sweep_blocks(struct flow *flow, uint32_t first, uint32_t end, float shrink, const unsigned blocks)
 {
 	const size_t row = (size_t)blocks * PER_BLOCK;
@@ -197,8 +220,15 @@ INLINE void sweep_blocks(struct flow *flow, uint32_t first, uint32_t end, float 
 	for (uint32_t e = first; e < end; e++) {
 		const size_t u = flow->ends[2 * e] * row, v = flow->ends[2 * e + 1] * row;
 		lanes *const z = (lanes *)flow->z + e * row;
-		struct flow_price price =
-			advance(z, potential + u, potential + v, blocks, flow->inverse[e], flow->price[e]);
+		struct flow_price price = flow->price[e];
+		if (price.forward != 0 || price.backward != 0)
+			price = advance(z, potential + u, potential + v, blocks, flow->inverse[e], price);
+		else if (advance_free(z, potential + u, potential + v, blocks, flow->inverse[e]))
+			price = step(z, blocks, step(z, blocks, price));
+		else {
+			hand_out_free(z, next + u, next + v, (unsigned)row);
+			continue;
+		}
 		if (shrink < 1)
 			price = settle(z, (unsigned)row, price, shrink);
 		flow->price[e] = price;
@@ -209,7 +239,28 @@ INLINE void sweep_blocks(struct flow *flow, uint32_t first, uint32_t end, float 
 static void sweep(struct flow *flow, uint32_t first, uint32_t end, float shrink)
 {
 	const unsigned blocks = flow->stride / LANES_BLOCK;
-	sweep_blocks(flow, first, end, shrink, blocks);
+	switch (blocks) {
+	case 1:
+		sweep_blocks(flow, first, end, shrink, 1);
+		break;
+	case 2:
+		sweep_blocks(flow, first, end, shrink, 2);
+		break;
+	case 3:
+		sweep_blocks(flow, first, end, shrink, 3);
+		break;
+	case 4:
+		sweep_blocks(flow, first, end, shrink, 4);
+		break;
+	case 5:
+		sweep_blocks(flow, first, end, shrink, 5);
+		break;
+	case 6:
+		sweep_blocks(flow, first, end, shrink, 6);
+		break;
+	default:
+		sweep_blocks(flow, first, end, shrink, blocks);
+	}
 }
 
 static void scatter(struct flow *flow, uint32_t first, uint32_t end)

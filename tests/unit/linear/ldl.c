@@ -40,6 +40,15 @@ static void make_system(struct system *s, struct arena *arena, uint64_t seed)
 	assert_int_equal(arena_used(arena), used);
 }
 
+static void solve(const struct ldl *ldl, struct arena *arena, float *x, uint32_t stride)
+{
+	const struct arena_mark mark = arena_mark(arena);
+	const struct ldl_top top = {ARENA_ARRAY(arena, ldl_top_size(ldl, stride), float), stride};
+	assert_non_null(top.value);
+	ldl_solve(ldl, x, &top, stride);
+	arena_release(arena, mark);
+}
+
 /* Fills right-hand sides, 0 at the ground; `by_vertex` has them by the caller's numbers. */
 static void fill(const struct system *s, float *x, double (*by_vertex)[COLUMNS], uint64_t seed)
 {
@@ -90,7 +99,7 @@ static void it_solves_what_dense_elimination_solves(void **state)
 		float *x = ARENA_ZEROED(arena, (size_t)s.ldl.place_count * COLUMNS, float);
 		assert_non_null(x);
 		fill(&s, x, by_vertex, seed);
-		ldl_solve(&s.ldl, x, COLUMNS);
+		solve(&s.ldl, arena, x, COLUMNS);
 		double column[CASE_VERTICES], largest = 0;
 		const uint32_t i = (uint32_t)(seed % COLUMNS);
 		for (uint32_t v = 0; v < s.c.vertex_count; v++)
@@ -126,7 +135,7 @@ static void expect_column(struct system *s, struct arena *arena, const float *be
 	for (uint32_t p = 0; p < s->ldl.place_count; p++)
 		alone[(size_t)p * LANES_BLOCK] = before[(size_t)p * columns + column];
 	s->ldl.isa = ISA_BASE;
-	ldl_solve(&s->ldl, alone, LANES_BLOCK);
+	solve(&s->ldl, arena, alone, LANES_BLOCK);
 	s->ldl.isa = isa;
 	for (uint32_t p = 0; p < s->ldl.place_count; p++)
 		assert_memory_equal(&alone[(size_t)p * LANES_BLOCK], &after[(size_t)p * columns + column],
@@ -154,7 +163,7 @@ static void a_column_is_the_same_bits_whatever_is_beside_it_and_whichever_kernel
 			scatter(&s, x, columns, seed);
 			memcpy(y, x, count * sizeof *y);
 			s.ldl.isa = isa;
-			ldl_solve(&s.ldl, x, columns);
+			solve(&s.ldl, arena, x, columns);
 			for (uint32_t i = 0; i < columns; i += 1 + columns / 7)
 				expect_column(&s, arena, y, x, columns, i);
 		}
@@ -191,7 +200,7 @@ static void a_factor_is_the_same_bits_whichever_kernels_work(void **state)
 	arena_free(arena);
 }
 
-/* Threads take parts in any order, and blocks of columns in the top. */
+/* Threads take parts in any order, and chunks of columns in the top. */
 static void parts_in_any_order_give_the_same_bits(void **state)
 {
 	(void)state;
@@ -207,13 +216,16 @@ static void parts_in_any_order_give_the_same_bits(void **state)
 		assert_true(x && y);
 		scatter(&s, x, COLUMNS, seed);
 		memcpy(y, x, count * sizeof *y);
-		ldl_solve(&s.ldl, x, COLUMNS);
+		solve(&s.ldl, arena, x, COLUMNS);
 		for (uint32_t part = s.ldl.part_count; part-- > 0;)
 			ldl_forward(&s.ldl, y, COLUMNS, part);
-		for (uint32_t i = COLUMNS; i > 0; i -= LANES_BLOCK)
-			ldl_solve_top(&s.ldl, y, COLUMNS, i - LANES_BLOCK, i);
-		for (uint32_t part = s.ldl.part_count; part-- > 0;)
-			ldl_backward(&s.ldl, y, COLUMNS, part);
+		const struct ldl_top top = {ARENA_ARRAY(arena, ldl_top_size(&s.ldl, COLUMNS), float),
+					    LANES_BLOCK * (1 + (uint32_t)(seed % (COLUMNS / LANES_BLOCK)))};
+		assert_non_null(top.value);
+		for (uint32_t chunk = (COLUMNS + top.width - 1) / top.width; chunk-- > 0;)
+			ldl_solve_top(&s.ldl, y, &top, COLUMNS, chunk);
+		for (uint32_t part = s.ldl.part_count + 1; part-- > 0;)
+			ldl_backward(&s.ldl, y, &top, COLUMNS, part);
 		assert_memory_equal(x, y, count * sizeof *x);
 		in_parts += s.ldl.part_count > 1 && s.ldl.place_count > s.c.vertex_count;
 		arena_release(arena, mark);
