@@ -3,9 +3,18 @@
 #include "service/worker/motion_source.h"
 #include "service/worker/work.h"
 #include "solver/layout/layout.h"
+#include "solver/steiner/warm/warm.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* What the search of a drag leaves for the next one: prepared when the answer is out, because that takes longer than
+ * the answer. */
+struct drag {
+	struct steiner_warm *warm; /* borrowed */
+	bool is_first;             /* this is the first job of the drag that comes to this worker */
+	struct layout_found found;
+};
 
 /* The motions are the field's. */
 struct layout_work {
@@ -16,6 +25,7 @@ struct layout_work {
 	const char **motion_names;         /* owned list of owned names */
 	bool *motion_has_frames;           /* owned */
 	size_t motion_count;
+	struct drag *drag;         /* in the job's arena; NULL where the job is in none */
 	struct blob_source source; /* of the motion that is open; cleared when the next is opened */
 };
 
@@ -115,6 +125,55 @@ static enum tw_status take_output(struct work *work, const struct layout_output 
 	return work_summary(work, layout_summary_show(&output->summary), error);
 }
 
+static bool is_wanted(void *context)
+{
+	const struct work *work = context;
+	return work->is_wanted(work->wanted_context);
+}
+
+static bool must_stop(void *context)
+{
+	const struct work *work = context;
+	return work->stop && work->stop();
+}
+
+/* A refresh, or a state that may never be of use, gives way to whatever is queued. But a second job of a drag says that
+ * there will be a third, and while none of them finds a state, all are slow. */
+static void prepare_next(struct work *work)
+{
+	struct drag *drag = work->left;
+	const bool gives_way = drag->is_first || steiner_warm_is_ready(drag->warm);
+	drag->found.options.cancelled = gives_way ? is_wanted : must_stop;
+	drag->found.options.context = work;
+	const enum tw_status status =
+		steiner_warm_prepare(drag->warm, &drag->found.graph, drag->found.terminal, drag->found.terminal_count,
+				     &drag->found.options, &drag->found.tree);
+	if (status == TW_OK)
+		warm_states_settle(work->warm_states);
+}
+
+static enum tw_status join_drag(struct layout_work *layout, struct tw_error *error)
+{
+	struct work *work = layout->work;
+	if (!work->affinity)
+		return TW_OK;
+	layout->drag = ARENA_ZEROED(work->arena, 1, struct drag);
+	if (!layout->drag)
+		return tw_fail_memory(error);
+	layout->drag->warm = warm_states_get(work->warm_states, work->affinity, &layout->drag->is_first);
+	return layout->drag->warm ? TW_OK : tw_fail_memory(error);
+}
+
+static void leave_drag(struct layout_work *layout, const struct layout_output *output)
+{
+	struct work *work = layout->work;
+	if (!layout->drag || !steiner_warm_is_due(layout->drag->warm) || !output->found.tree.is_unique)
+		return;
+	layout->drag->found = output->found;
+	work->later = prepare_next;
+	work->left = layout->drag;
+}
+
 static enum tw_status compute(struct layout_work *layout, const struct layout_request *request, struct tw_error *error)
 {
 	struct work *work = layout->work;
@@ -128,6 +187,7 @@ static enum tw_status compute(struct layout_work *layout, const struct layout_re
 		.motion_count = (uint32_t)layout->motion_count,
 		.motion_has_frames = layout->motion_has_frames,
 		.threads = work->threads,
+		.warm = layout->drag ? layout->drag->warm : NULL,
 		.memory_limit = work->search_limit,
 		.motion_open = open_motion,
 		.motion_mean = read_mean,
@@ -136,6 +196,8 @@ static enum tw_status compute(struct layout_work *layout, const struct layout_re
 		.context = layout,
 	};
 	enum tw_status status = layout_compute(&input, work->arena, &output, error);
+	if (status == TW_OK)
+		leave_drag(layout, &output);
 	return status == TW_OK ? take_output(work, &output, error) : status;
 }
 
@@ -176,6 +238,8 @@ enum tw_status job_compute_layout(struct work *work, struct tw_error *error)
 	status = work_step(work, 0, "loading", error);
 	if (status == TW_OK)
 		status = load(&layout, error);
+	if (status == TW_OK)
+		status = join_drag(&layout, error);
 	if (status == TW_OK)
 		status = compute(&layout, &request, error);
 	clear(&layout);

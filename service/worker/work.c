@@ -9,8 +9,8 @@
 struct work_shares work_shares_of(size_t limit, enum job_kind kind)
 {
 	bool searches = kind == JOB_COMPUTE_LAYOUT;
-	struct work_shares shares = {.cache = limit / 4, .search = searches ? limit / 2 : 0};
-	shares.arena = limit - shares.cache - shares.search;
+	struct work_shares shares = {.cache = limit / 4, .warm = limit / 16, .search = searches ? limit / 2 : 0};
+	shares.arena = limit - shares.cache - shares.warm - shares.search;
 	return shares;
 }
 

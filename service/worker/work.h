@@ -5,6 +5,7 @@
 
 #include "service/worker/cache.h"
 #include "service/worker/pulse.h"
+#include "service/worker/warm_states.h"
 #include "solver/arena.h"
 #include "storage/resources.h"
 #include "storage/result.h"
@@ -15,6 +16,7 @@
  * that there is none for want of memory, never depends on what a cache happens to have. Bytes; 0: no limit. */
 struct work_shares {
 	size_t cache;  /* garment and field, which stay from job to job */
+	size_t warm;   /* what the last drags left */
 	size_t arena;  /* of the job: what it reads and its result */
 	size_t search; /* of the job: scratch of the Steiner search, its linear program included */
 };
@@ -30,6 +32,15 @@ struct work {
 	unsigned threads;
 	size_t search_limit; /* bytes of scratch for a search; 0 for none */
 	struct job_result result;
+
+	struct warm_states *warm_states; /* borrowed; of the worker's drags */
+	int64_t affinity;                /* of the job's drag; 0 where it is in none */
+	/* What a handler leaves to be done when the job has ended and nobody waits for it: it may take long, and looks
+	 * now and then whether the worker is wanted. The job's arena and `left` are still there. NULL: nothing. */
+	void (*later)(struct work *work);
+	bool (*is_wanted)(void *context); /* there is something to be claimed, or the process was asked to stop */
+	void *wanted_context;             /* borrowed */
+	void *left;                       /* the handler's own */
 };
 
 /* One of these in each job_*.c; rows of the table in worker.c. Errors as the solver gives them. */

@@ -58,6 +58,7 @@ struct worker {
 	struct store *store;
 	struct pulse *pulse;
 	struct cache *cache;
+	struct warm_states *warm_states;
 };
 
 void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
@@ -214,6 +215,14 @@ static void end_job(struct worker *worker, const struct job_ticket *ticket, cons
 	tell_done(worker);
 }
 
+/* Where nobody wakes us, the queue is not looked at for this. */
+static bool is_wanted(void *context)
+{
+	const struct worker *worker = context;
+	struct pollfd wake = {worker->settings->wake_fd, POLLIN, 0};
+	return stop_requests || poll(&wake, 1, 0) > 0;
+}
+
 static void run_job(struct worker *worker, const struct job_ticket *ticket)
 {
 	struct tw_error failure = {0};
@@ -228,6 +237,10 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 		.stop = stop_at_once,
 		.threads = worker->settings->threads,
 		.search_limit = shares.search,
+		.warm_states = worker->warm_states,
+		.affinity = ticket->session[0] ? ticket->affinity : 0,
+		.is_wanted = is_wanted,
+		.wanted_context = worker,
 	};
 	pulse_begin(worker->pulse, ticket);
 	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
@@ -237,6 +250,8 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	if (status == TW_OK)
 		status = compute(worker, ticket->kind, &work, &failure);
 	end_job(worker, ticket, &work.result, status, &failure);
+	if (work.later)
+		work.later(&work);
 	resource_clear(&resource);
 	arena_free(work.arena);
 }
@@ -311,11 +326,14 @@ enum tw_status worker_run(const struct worker_settings *settings, struct tw_erro
 	enum tw_status status = store_open_existing(&worker.store, settings->store_url, error);
 	if (status == TW_OK)
 		status = start_pulse(&worker, error);
-	worker.cache = cache_new(work_shares_of(settings->memory_limit, JOB_COMPUTE_LAYOUT).cache);
-	if (status == TW_OK && !worker.cache)
+	const struct work_shares shares = work_shares_of(settings->memory_limit, JOB_COMPUTE_LAYOUT);
+	worker.cache = cache_new(shares.cache);
+	worker.warm_states = warm_states_new(shares.warm);
+	if (status == TW_OK && (!worker.cache || !worker.warm_states))
 		status = tw_fail_memory(error);
 	if (status == TW_OK)
 		status = work_until_stopped(&worker, error);
+	warm_states_free(worker.warm_states);
 	cache_free(worker.cache);
 	pulse_free(worker.pulse);
 	store_close(worker.store);

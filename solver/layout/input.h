@@ -11,6 +11,7 @@
 struct field;
 struct layout_trees;
 struct motion_reader;
+struct steiner_warm;
 
 /* What is known so far of the running computation. */
 struct layout_progress {
@@ -32,8 +33,11 @@ struct layout_input {
 	const bool *motion_has_frames;  /* [motion_count] of which the elongation can be measured; NULL: of all */
 	/* Of the same request, garment and field, as a layout_output had them: nothing is searched. NULL: it is. */
 	const struct layout_trees *trees;
-	const char *file;    /* the one file that is wanted, "pattern.svg"; NULL for all */
-	unsigned threads;    /* 0 and 1: the calling thread only. Never changes the answer */
+	const char *file; /* the one file that is wanted, "pattern.svg"; NULL for all */
+	unsigned threads; /* 0 and 1: the calling thread only. Never changes the answer */
+	/* What an earlier layout on the same garment left for the search; may be NULL. Never changes a proven tree.
+	 * After an answer that was slow without need (steiner_warm_is_due) it can be prepared: output.h. */
+	struct steiner_warm *warm;
 	size_t memory_limit; /* bytes of scratch memory for the Steiner search; 0 for none */
 	/* Opens the frames of a motion, positioned at its first frame; layout_compute closes it with motion_close. Only
 	 * called for motions that have frames, where the request asks for the elongation; one is open at a time. */

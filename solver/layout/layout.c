@@ -33,6 +33,7 @@ struct job {
 	struct wire_rules rules, baseline_rules; /* the baseline's tree is of mesh edges */
 	struct solved ours, baseline;
 	struct layout_trees trees; /* as they were found */
+	struct layout_found found;
 	struct layout_progress progress;
 	double share_from, share_to; /* what the running search is of the whole */
 };
@@ -201,24 +202,44 @@ static struct layout_tree tree_of(const struct steiner_tree *tree)
 	};
 }
 
-static enum tw_status search(struct job *job, const struct graph *graph, const char *stage, uint64_t work_limit,
+static enum tw_status search(struct job *job, const struct pricing_search *search, const char *stage,
 			     struct steiner_tree *tree, struct tw_error *error)
 {
-	const struct pricing_search search = {graph, work_limit, 1, report_search, job};
 	enum tw_status status = enter(job, stage, job->share_from, error);
-	return status != TW_OK ? status : pricing_solve(&job->pricing, job->arena, job->input, &search, tree, error);
+	return status != TW_OK ? status : pricing_solve(&job->pricing, job->arena, job->input, search, tree, error);
+}
+
+/* What a warm state is prepared with, as it must be: chords are cut later. */
+static void keep_search(struct job *job, const struct pricing_search *search)
+{
+	const struct network *network = &job->pricing.network;
+	job->found = (struct layout_found){
+		.graph = *search->graph,
+		.terminal = network->terminal,
+		.terminal_count = network->sites->count,
+		.options = pricing_options(&job->pricing, job->input, search),
+		.tree = job->ours.tree,
+	};
 }
 
 /* Our tree, searched or given. */
 static enum tw_status find_tree(struct job *job, struct tw_error *error)
 {
 	const struct layout_trees *given = job->input->trees;
-	const struct graph *graph = job->pricing.graph;
-	enum tw_status status = given ? take_tree(job, graph, &given->ours, &job->ours.tree, error)
-				      : search(job, graph, "tree", 0, &job->ours.tree, error);
-	if (status == TW_OK)
-		job->trees.ours = tree_of(&job->ours.tree);
-	return status;
+	const struct pricing_search ours = {
+		.graph = job->pricing.graph,
+		.time_share = 1,
+		.warm = job->input->warm,
+		.progress = report_search,
+		.context = job,
+	};
+	enum tw_status status = given ? take_tree(job, ours.graph, &given->ours, &job->ours.tree, error)
+				      : search(job, &ours, "tree", &job->ours.tree, error);
+	if (status != TW_OK)
+		return status;
+	job->trees.ours = tree_of(&job->ours.tree);
+	keep_search(job, &ours);
+	return TW_OK;
 }
 
 /* The baseline's graph is the network's with other weights. */
@@ -232,8 +253,13 @@ static enum tw_status find_baseline(struct job *job, struct tw_error *error)
 		return tw_fail_memory(error);
 	memcpy(weight, job->pricing.network.baseline, graph.edge_count * sizeof *weight);
 	graph.weight = weight;
+	const struct pricing_search length = {.graph = &graph,
+					      .work_limit = BASELINE_WORK,
+					      .time_share = 1,
+					      .progress = report_search,
+					      .context = job};
 	enum tw_status status = given ? take_tree(job, &graph, &given->baseline, tree, error)
-				      : search(job, &graph, "baseline", BASELINE_WORK, tree, error);
+				      : search(job, &length, "baseline", tree, error);
 	if (status == TW_OK)
 		job->trees.baseline = tree_of(tree);
 	return status;
@@ -490,6 +516,7 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 	};
 	summarise(job, &result, summary);
 	output->trees = job->trees;
+	output->found = job->found;
 	status = artifacts_write(&result, job->arena, output, error);
 	summary->seconds_artifacts = lap(&start);
 	summary->seconds_total = start - begin;

@@ -4,6 +4,7 @@
 
 #include "solver/layout/summary.h"
 #include "solver/layout/trees.h"
+#include "solver/steiner/steiner.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -18,11 +19,22 @@ struct layout_artifact {
 
 enum { LAYOUT_ARTIFACTS_MAX = 8 };
 
+/* Our tree as it was found, and in what: a warm state can be prepared for it (steiner_warm_prepare). All borrowed from
+ * the caller's arena. */
+struct layout_found {
+	struct graph graph;
+	const uint32_t *terminal; /* [terminal_count] */
+	uint32_t terminal_count;
+	struct steiner_options options; /* without callbacks */
+	struct steiner_tree tree;
+};
+
 struct layout_output {
 	struct layout_artifact artifacts[LAYOUT_ARTIFACTS_MAX];
 	uint32_t artifact_count;
 	struct layout_summary summary;
 	struct layout_trees trees; /* lies in the caller's arena */
+	struct layout_found found;
 };
 
 /* The files that there are, by name, the first of them "layout.json"; NULL from `i` = their number on. And the media

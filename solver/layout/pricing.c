@@ -149,20 +149,30 @@ static bool pass_cancelled(void *context)
 	return callbacks->input->cancelled && callbacks->input->cancelled(callbacks->input->context);
 }
 
-enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
-			     const struct pricing_search *search, struct steiner_tree *tree, struct tw_error *error)
+struct steiner_options pricing_options(const struct pricing *pricing, const struct layout_input *input,
+				       const struct pricing_search *search)
 {
-	struct callbacks callbacks = {input, search};
-	struct steiner_options options = {
-		.ties = pricing->has_chords ? pricing->chords.tie : pricing->network.tie,
+	const struct network *network = &pricing->network;
+	return (struct steiner_options){
+		.ties = pricing->has_chords ? pricing->chords.tie : network->tie,
+		.warm = search->warm,
+		.lasting_count = network->garment->vertex_count,
+		.vertex_name = network->node_hash + network->garment->vertex_count,
 		.time_limit_s = input->request->options.time_limit_s * search->time_share,
 		.work_limit = search->work_limit,
 		.memory_limit = input->memory_limit,
 		.threads = input->threads,
-		.progress = pass_progress,
-		.cancelled = pass_cancelled,
-		.context = &callbacks,
 	};
+}
+
+enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
+			     const struct pricing_search *search, struct steiner_tree *tree, struct tw_error *error)
+{
+	struct callbacks callbacks = {input, search};
+	struct steiner_options options = pricing_options(pricing, input, search);
+	options.progress = pass_progress;
+	options.cancelled = pass_cancelled;
+	options.context = &callbacks;
 	enum tw_status status = steiner_solve(search->graph, pricing->network.terminal, pricing->network.sites->count,
 					      &options, arena, tree, error);
 	if (status != TW_OK)

@@ -33,6 +33,7 @@ struct pricing_search {
 	const struct graph *graph; /* the network's, or that with other weights */
 	uint64_t work_limit;       /* as in steiner_options */
 	double time_share;         /* of the request's time limit */
+	struct steiner_warm *warm; /* as in steiner_options; NULL: from scratch */
 	void (*progress)(void *context, const struct steiner_progress *progress); /* may be NULL */
 	void *context;                                                            /* borrowed, handed to it */
 };
@@ -41,6 +42,10 @@ struct pricing_search {
 enum tw_status pricing_solve(const struct pricing *pricing, struct arena *arena, const struct layout_input *input,
 			     const struct pricing_search *search, struct steiner_tree *tree,
 			     struct tw_error *error) TW_NODISCARD;
+
+/* What a search for a tree is told beside graph and terminals: everything of the options but its callbacks. */
+struct steiner_options pricing_options(const struct pricing *pricing, const struct layout_input *input,
+				       const struct pricing_search *search);
 
 /* How much of a search is done, 0…1: how near bound and tree are. */
 double pricing_solved(const struct steiner_progress *progress);

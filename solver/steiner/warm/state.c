@@ -24,6 +24,11 @@ size_t steiner_warm_bytes(const struct steiner_warm *warm)
 	return sizeof *warm + (warm->arena ? arena_used(warm->arena) : 0);
 }
 
+bool steiner_warm_is_ready(const struct steiner_warm *warm)
+{
+	return warm->arena != NULL;
+}
+
 bool steiner_warm_is_due(const struct steiner_warm *warm)
 {
 	return warm->is_due;

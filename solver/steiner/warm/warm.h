@@ -17,6 +17,9 @@ void steiner_warm_free(struct steiner_warm *warm); /* NULL is allowed */
 /* Bytes held. */
 size_t steiner_warm_bytes(const struct steiner_warm *warm);
 
+/* Whether it holds anything. */
+bool steiner_warm_is_ready(const struct steiner_warm *warm);
+
 /* Whether the last search would have gained from a state prepared for it: there is none, or it has grown old. */
 bool steiner_warm_is_due(const struct steiner_warm *warm);
 
