@@ -9,6 +9,7 @@
 /* What lasts from round to round. Starts as zeros. */
 struct raise {
 	struct flow *flow; /* borrowed from the arena; NULL: not begun, or impossible */
+	bool has_bound;    /* the flow has had iterations and a split */
 	bool has_no_flow;  /* it is switched off, does not fit, or its factor would be too dense */
 };
 

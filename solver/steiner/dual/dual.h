@@ -90,9 +90,14 @@ enum tw_status dual_ascend(struct dual *dual, struct search *search, unsigned fa
 enum tw_status dual_extend(struct dual *dual, struct search *search) TW_NODISCARD;
 
 /* Sets up a dual and ascends from some roots in the middle and with some factors, as long as they take less than
- * `effort` work units, and at least once: *dual becomes the best. The value of the relaxation does not depend on the
- * root, but what an ascent reaches depends on it and on the factor, by several per cent. */
+ * `effort` work units and the bound is not far off (dual_is_far), and at least once: *dual becomes the best. The value
+ * of the relaxation does not depend on the root, but what an ascent reaches depends on it and on the factor, by several
+ * per cent. */
 enum tw_status dual_ascend_best(struct dual *dual, struct search *search, uint64_t effort) TW_NODISCARD;
+
+/* True when the gap to the best tree is so large for so many terminals that neither more ascents nor a dynamic program
+ * are worth a try before a better kind of bound. */
+bool dual_is_far(const struct dual *dual, const struct search *search);
 
 /* Takes out the balls of a few neighbouring terminals, grows them anew in another order, and keeps what is no worse,
  * until about `effort` work units are spent or the bound reaches `target` (fine). */

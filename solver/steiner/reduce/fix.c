@@ -37,6 +37,12 @@ static uint32_t mark_edges(const struct dual *dual, const uint32_t *from_root, c
 enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *dual, fine_t cutoff, struct dual *next,
 				    int *empty)
 {
+	return fix_if_worth(search, dual, cutoff, UINT32_MAX, next, empty);
+}
+
+enum tw_status fix_if_worth(struct search *search, const struct dual *dual, fine_t cutoff, uint32_t most,
+			    struct dual *next, int *empty)
+{
 	struct instance *instance = &search->instance;
 	struct arena *arena = search->arena;
 	size_t n = instance->vertex_count;
@@ -53,7 +59,8 @@ enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *du
 	if (*empty)
 		return TW_OK;
 	dual_to_terminal(dual, search, room, to_terminal);
-	mark_edges(dual, from_root, to_terminal, room, keep);
+	if (mark_edges(dual, from_root, to_terminal, room, keep) > most)
+		return TW_OK;
 	uint32_t *number = from_root; /* not needed any more */
 	enum tw_status status = instance_keep(instance, arena, keep, number);
 	return status == TW_OK ? dual_transfer(next, search, dual, number) : status;

@@ -15,4 +15,8 @@ uint32_t fix_room(const struct dual *dual, fine_t cutoff);
 enum tw_status fix_by_reduced_costs(struct search *search, const struct dual *dual, fine_t cutoff, struct dual *next,
 				    int *empty) TW_NODISCARD;
 
+/* The same, but if more than `most` edges would stay, all do: then `next` is not set up, and `dual` is as before. */
+enum tw_status fix_if_worth(struct search *search, const struct dual *dual, fine_t cutoff, uint32_t most,
+			    struct dual *next, int *empty) TW_NODISCARD;
+
 #endif
