@@ -1,6 +1,9 @@
 #include "api/api.h"
 
-#include "api/key.h"
+#include "api/key_file.h"
+#include "api/key_table.h"
+#include "api/meter.h"
+#include "api/wrong_keys.h"
 #include "storage/jobs.h"
 #include "storage/store.h"
 
@@ -8,16 +11,26 @@
 #include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <time.h>
 
 struct api_policy {
 	struct api_settings settings; /* owned texts */
-	struct key_list *keys;        /* owned; NULL: every request is allowed */
-	unsigned users;               /* guarded by the api's lock; the api itself is one */
+	struct access_key *file_keys; /* owned; of the key file, their tenant filled in */
+	size_t file_key_count;
+	struct key_table *keys; /* owned; NULL: every request is allowed */
+	int64_t default_tenant; /* whose is what comes without a key */
+	uint8_t default_veil[ACCESS_VEIL_SIZE];
+	int64_t change; /* the store's keys as they were at this access_change */
+	unsigned users; /* guarded by the api's lock; the api itself is one */
 };
 
 struct api {
 	pthread_mutex_t lock;
-	struct api_policy *policy; /* guarded by `lock` */
+	pthread_mutex_t renewal;   /* held while another policy is made: one at a time */
+	struct api_policy *policy; /* guarded by `lock`, and changed under both */
+	struct meter *meter;       /* owned */
+	struct wrong_keys *wrong;  /* owned */
 	char *store_url;           /* owned */
 	pthread_key_t store;       /* struct store * of each thread */
 	struct store_place place;  /* of all of them */
@@ -32,7 +45,8 @@ static void policy_free(struct api_policy *policy)
 		return;
 	free((char *)policy->settings.cors_origin);
 	free((char *)policy->settings.host_names);
-	key_list_free(policy->keys);
+	free(policy->file_keys);
+	key_table_free(policy->keys);
 	free(policy);
 }
 
@@ -41,11 +55,50 @@ static char *copy_of(const char *text)
 	return strdup(text ? text : "");
 }
 
-static enum tw_status policy_new(struct api_policy **policy, const struct api_settings *settings,
-				 struct tw_error *error)
+/* The keys of both, in one table; none where nobody needs one. */
+static enum tw_status set_keys(struct api_policy *policy, const struct access *access, struct tw_error *error)
+{
+	size_t count = policy->file_key_count + access->count;
+	policy->change = access->change;
+	policy->default_tenant = access->default_tenant;
+	memcpy(policy->default_veil, access->default_veil, ACCESS_VEIL_SIZE);
+	for (size_t i = 0; i < policy->file_key_count; i++) {
+		policy->file_keys[i].owner.tenant = access->default_tenant;
+		memcpy(policy->file_keys[i].veil, access->default_veil, ACCESS_VEIL_SIZE);
+	}
+	if (!policy->file_key_count && !access->keys_needed)
+		return TW_OK;
+	struct access_key *all = calloc(count + 1, sizeof *all);
+	if (!all)
+		return tw_fail_memory(error);
+	if (policy->file_key_count)
+		memcpy(all, policy->file_keys, policy->file_key_count * sizeof *all);
+	if (access->count)
+		memcpy(all + policy->file_key_count, access->keys, access->count * sizeof *all);
+	policy->keys = key_table_new(all, count);
+	free(all);
+	return policy->keys ? TW_OK : tw_fail_memory(error);
+}
+
+static enum tw_status read_keys(struct api *api, struct api_policy *policy, struct tw_error *error)
+{
+	struct store *store = NULL;
+	struct access access = {0};
+	enum tw_status status = api_store(api, &store, error);
+	if (status == TW_OK)
+		status = access_read(store, &access, error);
+	if (status == TW_OK)
+		status = set_keys(policy, &access, error);
+	access_clear(&access);
+	return status;
+}
+
+/* Without keys yet. */
+static enum tw_status policy_alloc(struct api_policy **policy, const struct api_settings *settings,
+				   struct tw_error *error)
 {
 	struct api_policy *made = calloc(1, sizeof *made);
-	*policy = NULL;
+	*policy = made;
 	if (!made)
 		return tw_fail_memory(error);
 	made->settings = *settings;
@@ -53,13 +106,42 @@ static enum tw_status policy_new(struct api_policy **policy, const struct api_se
 	made->settings.cors_origin = copy_of(settings->cors_origin);
 	made->settings.host_names = copy_of(settings->host_names);
 	made->users = 1;
-	enum tw_status status = made->settings.cors_origin && made->settings.host_names ? TW_OK : tw_fail_memory(error);
+	return made->settings.cors_origin && made->settings.host_names ? TW_OK : tw_fail_memory(error);
+}
+
+static enum tw_status policy_new(struct api *api, struct api_policy **policy, const struct api_settings *settings,
+				 struct tw_error *error)
+{
+	enum tw_status status = policy_alloc(policy, settings, error);
 	if (status == TW_OK && settings->key_file && settings->key_file[0])
-		status = key_list_read(&made->keys, settings->key_file, error);
+		status = key_file_read(settings->key_file, &(*policy)->file_keys, &(*policy)->file_key_count, error);
 	if (status == TW_OK)
-		*policy = made;
-	else
-		policy_free(made);
+		status = read_keys(api, *policy, error);
+	if (status == TW_OK)
+		return TW_OK;
+	policy_free(*policy);
+	*policy = NULL;
+	return status;
+}
+
+/* The same settings and key file, with the store's keys of today. */
+static enum tw_status policy_renew(struct api *api, const struct api_policy *old, struct api_policy **policy,
+				   struct tw_error *error)
+{
+	enum tw_status status = policy_alloc(policy, &old->settings, error);
+	if (status == TW_OK && old->file_key_count) {
+		(*policy)->file_keys = calloc(old->file_key_count, sizeof *old->file_keys);
+		(*policy)->file_key_count = (*policy)->file_keys ? old->file_key_count : 0;
+		status = (*policy)->file_keys ? TW_OK : tw_fail_memory(error);
+	}
+	if (status == TW_OK && old->file_key_count)
+		memcpy((*policy)->file_keys, old->file_keys, old->file_key_count * sizeof *old->file_keys);
+	if (status == TW_OK)
+		status = read_keys(api, *policy, error);
+	if (status == TW_OK)
+		return TW_OK;
+	policy_free(*policy);
+	*policy = NULL;
 	return status;
 }
 
@@ -86,14 +168,69 @@ const struct api_settings *api_policy_settings(const struct api_policy *policy)
 	return &policy->settings;
 }
 
-bool api_policy_has_keys(const struct api_policy *policy)
+bool api_policy_needs_key(const struct api_policy *policy)
 {
 	return policy->keys != NULL;
 }
 
-bool api_policy_allows(const struct api_policy *policy, const char *authorization)
+/* --- who comes in
+ * -----------------------------------------------------------------------------------------------------
+ */
+
+static int64_t clock_ms(clockid_t clock)
 {
-	return !policy->keys || key_list_allows(policy->keys, authorization);
+	struct timespec now;
+	clock_gettime(clock, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+static enum tw_status refuse_stranger(const char *secret, struct tw_error *error)
+{
+	if (secret && secret_is_damaged(secret))
+		return tw_fail(error, TW_ERROR_INPUT, "unauthorized", "Authorization",
+			       "this is no whole key: something of it is missing or wrong; send it as it was told, as "
+			       "Authorization: Bearer KEY");
+	return tw_fail(error, TW_ERROR_INPUT, "unauthorized", "Authorization",
+		       "send a valid API key as Authorization: Bearer KEY");
+}
+
+enum tw_status api_admit(const struct api_policy *policy, const char *authorization, struct caller *caller,
+			 struct tw_error *error)
+{
+	if (!policy->keys) {
+		*caller = (struct caller){
+			.owner = {policy->default_tenant, 0}, .scopes = KEY_SCOPES_ALL, .is_operator = true};
+		memcpy(caller->veil, policy->default_veil, ACCESS_VEIL_SIZE);
+		return TW_OK;
+	}
+	bool is_bearer = authorization && !strncasecmp(authorization, "Bearer ", 7);
+	const char *secret = is_bearer ? authorization + 7 + strspn(authorization + 7, " ") : NULL;
+	const struct access_key *key = secret ? key_table_find(policy->keys, secret, clock_ms(CLOCK_REALTIME)) : NULL;
+	if (!key)
+		return refuse_stranger(secret, error);
+	*caller = (struct caller){.owner = key->owner,
+				  .scopes = key->scopes,
+				  .is_operator = key->owner.tenant == policy->default_tenant,
+				  .key = key};
+	memcpy(caller->veil, key->veil, ACCESS_VEIL_SIZE);
+	return TW_OK;
+}
+
+enum tw_status api_count_request(struct api *api, const struct caller *caller, unsigned *retry_s,
+				 struct tw_error *error)
+{
+	*retry_s = 0;
+	return caller->key ? meter_take(api->meter, caller->key, clock_ms(CLOCK_MONOTONIC), retry_s, error) : TW_OK;
+}
+
+struct wrong_key_verdict api_count_wrong_key(struct api *api, uint64_t address)
+{
+	return wrong_keys_add(api->wrong, address, clock_ms(CLOCK_MONOTONIC));
+}
+
+uint64_t api_wrong_keys(struct api *api)
+{
+	return wrong_keys_count(api->wrong);
 }
 
 /* --- stores ---------------------------------------------------------------------------------------------------------
@@ -181,10 +318,14 @@ enum tw_status api_open(struct api **api, const struct api_settings *settings, s
 		return tw_fail_memory(error);
 	}
 	pthread_mutex_init(&made->lock, NULL);
+	pthread_mutex_init(&made->renewal, NULL);
 	made->store_url = strdup(settings->store_url);
-	enum tw_status status = made->store_url ? open_first(made, error) : tw_fail_memory(error);
+	made->meter = meter_new();
+	made->wrong = wrong_keys_new();
+	enum tw_status status =
+		made->store_url && made->meter && made->wrong ? open_first(made, error) : tw_fail_memory(error);
 	if (status == TW_OK)
-		status = policy_new(&made->policy, settings, error);
+		status = policy_new(made, &made->policy, settings, error);
 	if (status != TW_OK) {
 		api_close(made);
 		return status;
@@ -193,22 +334,74 @@ enum tw_status api_open(struct api **api, const struct api_settings *settings, s
 	return TW_OK;
 }
 
+/* Takes the place of the policy of today. Under the renewal's lock. */
+static void put_policy(struct api *api, struct api_policy *next)
+{
+	pthread_mutex_lock(&api->lock);
+	struct api_policy *old = api->policy;
+	api->policy = next;
+	pthread_mutex_unlock(&api->lock);
+	api_return_policy(api, old);
+}
+
+/* Who is let in without a key today has been told so; nobody may find himself let in because a file was emptied. */
+static enum tw_status check_reload(const struct api_policy *old, const struct api_policy *next, struct tw_error *error)
+{
+	if (!old->keys || next->keys)
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_CONFLICT, "keys-needed", "key-file",
+		       "this service needs keys, and there would be none; restart it if it should not");
+}
+
 enum tw_status api_reload(struct api *api, const struct api_settings *settings, struct tw_error *error)
 {
 	struct api_policy *next = NULL;
-	enum tw_status status = policy_new(&next, settings, error);
-	if (status != TW_OK)
+	pthread_mutex_lock(&api->renewal);
+	enum tw_status status = policy_new(api, &next, settings, error);
+	if (status == TW_OK)
+		status = check_reload(api->policy, next, error);
+	if (status == TW_OK)
+		put_policy(api, next);
+	else
+		policy_free(next);
+	pthread_mutex_unlock(&api->renewal);
+	return status;
+}
+
+static enum tw_status refresh_keys(struct api *api, struct tw_error *error)
+{
+	struct store *store = NULL;
+	struct api_policy *next = NULL;
+	int64_t change = 0;
+	enum tw_status status = api_store(api, &store, error);
+	if (status == TW_OK)
+		status = access_change(store, &change, error);
+	if (status != TW_OK || change == api->policy->change)
 		return status;
-	pthread_mutex_lock(&api->lock);
-	struct api_policy *old = api->policy;
-	bool fits = (old->keys != NULL) == (next->keys != NULL);
-	if (fits)
-		api->policy = next;
-	pthread_mutex_unlock(&api->lock);
-	api_return_policy(api, fits ? old : next);
-	return fits ? TW_OK
-		    : tw_fail(error, TW_ERROR_CONFLICT, "keys-needed", "key-file",
-			      "whether keys are needed at all is decided at the start; restart the service");
+	status = policy_renew(api, api->policy, &next, error);
+	if (status == TW_OK)
+		put_policy(api, next);
+	return status;
+}
+
+enum tw_status api_refresh_keys(struct api *api, struct tw_error *error)
+{
+	pthread_mutex_lock(&api->renewal);
+	enum tw_status status = refresh_keys(api, error);
+	pthread_mutex_unlock(&api->renewal);
+	return status;
+}
+
+enum tw_status api_tell_uses(struct api *api, struct store *store, struct tw_error *error)
+{
+	struct access_use *uses = NULL;
+	size_t count = 0;
+	enum tw_status status =
+		meter_drain(api->meter, clock_ms(CLOCK_MONOTONIC), clock_ms(CLOCK_REALTIME), &uses, &count, error);
+	if (status == TW_OK)
+		status = access_add_uses(store, uses, count, error);
+	free(uses);
+	return status;
 }
 
 void api_close(struct api *api)
@@ -218,7 +411,10 @@ void api_close(struct api *api)
 	store_close(pthread_getspecific(api->store));
 	pthread_key_delete(api->store);
 	pthread_mutex_destroy(&api->lock);
+	pthread_mutex_destroy(&api->renewal);
 	policy_free(api->policy);
+	meter_free(api->meter);
+	wrong_keys_free(api->wrong);
 	free(api->store_url);
 	free(api);
 }

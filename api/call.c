@@ -3,6 +3,7 @@
 #include "api/header.h"
 #include "api/problem.h"
 
+#include <string.h>
 #include <time.h>
 
 const char *call_header(const struct api_call *call, const char *name)
@@ -51,6 +52,42 @@ enum tw_status call_check_accept(const struct api_call *call, const char *media_
 	if (header_accepts(call_header(call, "Accept"), media_type))
 		return TW_OK;
 	return tw_fail(error, TW_ERROR_UNSUPPORTED, "not-acceptable", "Accept", "this resource is %s only", media_type);
+}
+
+enum tw_status call_refuse_scope(const struct api_call *call, unsigned scopes, struct tw_error *error)
+{
+	char needed[KEY_SCOPES_SIZE], has[KEY_SCOPES_SIZE];
+	key_print_scopes(scopes, needed);
+	key_print_scopes(call->caller.scopes, has);
+	char *comma = strchr(needed, ',');
+	return tw_fail(error, TW_ERROR_INPUT, "missing-scope", "Authorization",
+		       "this needs a key with the scope %.*s%s%s; yours has %s",
+		       comma ? (int)(comma - needed) : KEY_SCOPES_SIZE, needed, comma ? " or " : "",
+		       comma ? comma + 1 : "", has);
+}
+
+unsigned call_job_scope(enum job_kind kind)
+{
+	return kind == JOB_RECORD ? KEY_RIG : KEY_SUBMIT;
+}
+
+enum tw_status call_check_job_kind(const struct api_call *call, enum job_kind kind, struct tw_error *error)
+{
+	unsigned scope = call_job_scope(kind);
+	return call->caller.scopes & scope ? TW_OK : call_refuse_scope(call, scope, error);
+}
+
+enum tw_status call_narrow_job_kinds(const struct api_call *call, unsigned *kinds, struct tw_error *error)
+{
+	unsigned allowed = 0, asked = *kinds ? *kinds : JOB_KINDS_ALL, needed = 0;
+	for (enum job_kind kind = 0; kind < JOB_KINDS; kind++) {
+		if (call->caller.scopes & call_job_scope(kind))
+			allowed |= JOB_KIND_BIT(kind);
+		if (asked & JOB_KIND_BIT(kind))
+			needed |= call_job_scope(kind);
+	}
+	*kinds = asked & allowed;
+	return *kinds ? TW_OK : call_refuse_scope(call, needed, error);
 }
 
 int64_t call_now_ms(void)

@@ -58,6 +58,20 @@ bool call_is_unchanged(struct api_call *call, const char *etag);
 enum tw_status call_check_accept(const struct api_call *call, const char *media_type,
 				 struct tw_error *error) TW_NODISCARD;
 
+/* TW_ERROR_INPUT "missing-scope": one of these would do, and the caller has none. */
+enum tw_status call_refuse_scope(const struct api_call *call, unsigned scopes, struct tw_error *error);
+
+/* The scope that work with jobs of this kind asks for, to begin, cancel or redrive them. */
+unsigned call_job_scope(enum job_kind kind);
+
+/* Fails as call_refuse_scope where the caller may not. */
+enum tw_status call_check_job_kind(const struct api_call *call, enum job_kind kind,
+				   struct tw_error *error) TW_NODISCARD;
+
+/* Leaves of the kinds (JOB_KIND_BIT…; 0 for all) those that the caller may work with; fails as call_refuse_scope where
+ * none is left. */
+enum tw_status call_narrow_job_kinds(const struct api_call *call, unsigned *kinds, struct tw_error *error) TW_NODISCARD;
+
 /* Milliseconds of CLOCK_MONOTONIC. */
 int64_t call_now_ms(void);
 

@@ -3,6 +3,7 @@
  * and clients see that the connection lives. */
 #include "api/handlers.h"
 #include "api/job_view.h"
+#include "api/veil.h"
 #include "storage/jobs.h"
 
 #include <stdlib.h>
@@ -14,6 +15,7 @@ struct event_stream {
 	struct api_stream stream;
 	struct store *store; /* borrowed: of the thread that sends */
 	int64_t tenant;
+	uint8_t veil[ACCESS_VEIL_SIZE];
 	char id[ROUTE_PARAMETER_SIZE];
 	int64_t change; /* of the job as it was sent last */
 	bool is_final;  /* the last event is in `text` */
@@ -34,11 +36,12 @@ static enum tw_status set_text(struct event_stream *events, char *text)
 
 static enum tw_status print_event(struct event_stream *events, const struct job *job)
 {
-	char *event = NULL;
+	char *event = NULL, id[VEIL_TEXT_SIZE];
 	json_t *json = job_show(job);
 	char *data = json ? json_dumps(json, JSON_COMPACT) : NULL;
 	json_decref(json);
-	if (data && asprintf(&event, "id: %lld\nevent: job\ndata: %s\n\n", (long long)job->change, data) < 0)
+	veil_print(events->veil, job->change, id);
+	if (data && asprintf(&event, "id: %s\nevent: job\ndata: %s\n\n", id, data) < 0)
 		event = NULL;
 	free(data);
 	return set_text(events, event);
@@ -103,6 +106,7 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 	events->stream = (struct api_stream){.size = API_STREAM_UNKNOWN, .read = read_events, .close = close_events};
 	events->store = call->store;
 	events->tenant = call->caller.owner.tenant;
+	memcpy(events->veil, call->caller.veil, sizeof events->veil);
 	events->change = -1;
 	memcpy(events->id, call->match.parameters[0], sizeof events->id);
 	response_header(&call->response, "Cache-Control", "no-store");

@@ -21,6 +21,7 @@ struct exchange {
 	enum exchange_state state;
 	char *target;
 	char request_id[REQUEST_ID_MAX + 1];
+	unsigned pause_ms; /* see exchange_pause_ms */
 	size_t body_capacity;
 };
 
@@ -36,7 +37,6 @@ struct exchange *exchange_new(struct api *api, const char *target)
 	exchange->target = copy;
 	exchange->call.api = api;
 	exchange->policy = api_take_policy(api);
-	exchange->call.caller.owner = OWNER_DEFAULT;
 	exchange->call.settings = api_policy_settings(exchange->policy);
 	return exchange;
 }
@@ -175,9 +175,10 @@ static void respond_options(struct api_call *call)
 	if (!origin || !origin[0])
 		return;
 	response_header(&call->response, "Access-Control-Allow-Methods", "%s", call->match.allow);
-	response_header(&call->response, "Access-Control-Allow-Headers",
-			"Authorization, Content-Type, Idempotency-Key, If-None-Match, Prefer, Upload-Complete, "
-			"Upload-Offset, X-Request-Id");
+	response_header(
+		&call->response, "Access-Control-Allow-Headers",
+		"Authorization, Confirm-Delete, Content-Type, Idempotency-Key, If-None-Match, Prefer, Upload-Complete, "
+		"Upload-Offset, X-Request-Id");
 	response_header(&call->response, "Access-Control-Max-Age", "600");
 }
 
@@ -207,15 +208,59 @@ static enum tw_status find_route(struct exchange *exchange, struct tw_error *err
 	return TW_OK;
 }
 
+/* Slower with each wrong key, whoever else may be behind the same address (api/wrong_keys.h). */
+static enum tw_status slow_down(struct exchange *exchange, struct tw_error *error)
+{
+	struct api_call *call = &exchange->call;
+	const struct wrong_key_verdict verdict = api_count_wrong_key(call->api, call->request.address);
+	exchange->pause_ms = verdict.pause_ms;
+	response_header(&call->response, "Retry-After", "%u", verdict.retry_s);
+	if (!verdict.too_many)
+		return error->status;
+	return tw_fail(error, TW_ERROR_LIMIT, "too-many-wrong-keys", "Authorization",
+		       "too many wrong keys came from your address; a right one is let in at any time");
+}
+
+static enum tw_status refuse_scope(struct exchange *exchange, unsigned scopes, struct tw_error *error)
+{
+	char needed[KEY_SCOPES_SIZE], has[KEY_SCOPES_SIZE];
+	key_print_scopes(scopes, needed);
+	key_print_scopes(exchange->call.caller.scopes, has);
+	for (char *comma = strchr(needed, ','); comma; comma = strchr(comma, ','))
+		*comma = ' ';
+	response_header(&exchange->call.response, "WWW-Authenticate",
+			"Bearer realm=\"tightwire\", error=\"insufficient_scope\", scope=\"%s\"", needed);
+	return call_refuse_scope(&exchange->call, scopes, error);
+}
+
 static enum tw_status check_key(struct exchange *exchange, struct tw_error *error)
 {
-	const struct api_call *call = &exchange->call;
-	if ((call->match.route->flags & ROUTE_OPEN) ||
-	    api_policy_allows(exchange->policy, call_header(call, "Authorization")))
+	struct api_call *call = &exchange->call;
+	const struct route *route = call->match.route;
+	const char *authorization = call_header(call, "Authorization");
+	if (!route->scopes)
 		return TW_OK;
-	response_header(&exchange->call.response, "WWW-Authenticate", "Bearer realm=\"tightwire\"");
-	return tw_fail(error, TW_ERROR_INPUT, "unauthorized", "Authorization",
-		       "send a valid API key as Authorization: Bearer KEY");
+	if (api_admit(exchange->policy, authorization, &call->caller, error) != TW_OK) {
+		response_header(&call->response, "WWW-Authenticate", "Bearer realm=\"tightwire\"");
+		return authorization ? slow_down(exchange, error) : error->status;
+	}
+	if (!(route->scopes & call->caller.scopes))
+		return refuse_scope(exchange, route->scopes, error);
+	if (route->flags & ROUTE_OPERATOR && !call->caller.is_operator)
+		return tw_fail(error, TW_ERROR_INPUT, "operators-only", "Authorization",
+			       "this tells of the service as a whole, and is for keys of the tenant default");
+	return TW_OK;
+}
+
+/* Where the head is judged twice, this is not: it counts. */
+static enum tw_status count_request(struct exchange *exchange, struct tw_error *error)
+{
+	struct api_call *call = &exchange->call;
+	unsigned retry_s = 0;
+	enum tw_status status = api_count_request(call->api, &call->caller, &retry_s, error);
+	if (retry_s)
+		response_header(&call->response, "Retry-After", "%u", retry_s);
+	return status;
 }
 
 /* Whether a page of another origin is behind the request (api/origin.h). */
@@ -223,7 +268,7 @@ static enum tw_status check_origin(const struct exchange *exchange, struct tw_er
 {
 	const struct api_call *call = &exchange->call;
 	const char *host = call->request.host ? call->request.host : "";
-	if (api_policy_has_keys(exchange->policy))
+	if (api_policy_needs_key(exchange->policy))
 		return TW_OK;
 	if (*host && !origin_is_local_host(host, call->settings->host_names))
 		return tw_fail(
@@ -391,7 +436,8 @@ enum exchange_state exchange_open(struct exchange *exchange)
 	enum tw_status status = TW_OK;
 	if (exchange->state != EXCHANGE_READING)
 		return exchange->state;
-	if (exchange_needs_store(exchange))
+	status = count_request(exchange, &error);
+	if (status == TW_OK && exchange_needs_store(exchange))
 		status = api_store(call->api, &call->store, &error);
 	if (status == TW_OK)
 		status = prepare_body(call, &error);
@@ -493,6 +539,17 @@ bool exchange_is_due(struct exchange *exchange)
 		job_state_is_final(job.state);
 	job_clear(&job);
 	return due;
+}
+
+unsigned exchange_pause_ms(const struct exchange *exchange)
+{
+	return exchange->pause_ms;
+}
+
+const char *exchange_key_name(const struct exchange *exchange)
+{
+	const struct access_key *key = exchange->call.caller.key;
+	return key ? key->name : "-";
 }
 
 int64_t exchange_until_ms(const struct exchange *exchange)

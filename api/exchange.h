@@ -61,8 +61,13 @@ enum exchange_state exchange_resume(struct exchange *exchange);
  */
 struct api_response *exchange_response(struct exchange *exchange);
 
+/* Once answered: how long a server keeps the answer back, without a thread, before it sends it; 0 but for clients that
+ * guess keys. */
+unsigned exchange_pause_ms(const struct exchange *exchange);
+
 /* For logs and metrics: the row of api_routes, NULL where none matched. */
 const struct route *exchange_route(const struct exchange *exchange);
 const char *exchange_request_id(const struct exchange *exchange);
+const char *exchange_key_name(const struct exchange *exchange); /* "-": none, or not let in */
 
 #endif

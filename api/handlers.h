@@ -57,6 +57,15 @@ enum tw_status redrive_job(struct api_call *call, struct tw_error *error) TW_NOD
 /* events.c */
 enum tw_status get_job_events(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 
+/* keys.c */
+enum tw_status post_key(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status list_keys(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status get_key(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status rotate_key(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status revoke_key(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status get_tenant(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status delete_tenant(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+
 /* rig.c */
 enum tw_status get_rig(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status post_recording(struct api_call *call, struct tw_error *error) TW_NODISCARD;

@@ -76,10 +76,23 @@ enum tw_status list_jobs(struct api_call *call, struct tw_error *error)
 	return page_respond(call, items, next, error);
 }
 
+/* Whether the caller may end or redrive the job that the path names. */
+static enum tw_status check_scope(struct api_call *call, struct tw_error *error)
+{
+	struct job job = {0};
+	enum tw_status status = job_get(call->store, call->caller.owner.tenant, call->match.parameters[0], &job, error);
+	if (status == TW_OK)
+		status = call_check_job_kind(call, job.kind, error);
+	job_clear(&job);
+	return status;
+}
+
 enum tw_status cancel_job(struct api_call *call, struct tw_error *error)
 {
 	enum job_state state = JOB_QUEUED;
 	enum tw_status status = query_only(&call->query, NULL, error);
+	if (status == TW_OK)
+		status = check_scope(call, error);
 	if (status == TW_OK)
 		status = job_cancel(call->store, call->caller.owner.tenant, call->match.parameters[0], &state, error);
 	if (status != TW_OK)
@@ -91,6 +104,8 @@ enum tw_status cancel_job(struct api_call *call, struct tw_error *error)
 enum tw_status redrive_job(struct api_call *call, struct tw_error *error)
 {
 	enum tw_status status = query_only(&call->query, NULL, error);
+	if (status == TW_OK)
+		status = check_scope(call, error);
 	if (status == TW_OK)
 		status = job_redrive(call->store, call->caller.owner.tenant, call->match.parameters[0], error);
 	if (status != TW_OK)
@@ -137,6 +152,8 @@ enum tw_status redrive_jobs(struct api_call *call, struct tw_error *error)
 		status = parse_kind(query_get(&call->query, "kind"), &query.kinds, error);
 	if (status == TW_OK)
 		status = parse_redrivable(query_get(&call->query, "state"), &query.states, error);
+	if (status == TW_OK)
+		status = call_narrow_job_kinds(call, &query.kinds, error);
 	if (status == TW_OK)
 		status = redrive_until(call, &query, call_now_ms() + REDRIVE_MS, &progress, error);
 	if (status != TW_OK)

@@ -19,14 +19,21 @@ static const struct {
 	{"invalid-parameter", 400},
 	{"option-unknown", 400},
 	{"unknown-parameter", 400},
-	{"invalid-cursor", 400},
 	{"malformed-request", 400},
 	{"unauthorized", 401},
+	{"not-confirmed", 400},
 	{"foreign-origin", 403},
+	{"missing-scope", 403},
+	{"operators-only", 403},
 	{"request-timeout", 408},
 	{"expectation-failed", 417},
 	{"unknown-host", 421},
 	{"too-many-of-one-address", 429},
+	{"too-many-wrong-keys", 429},
+	{"limit-requests-per-second", 429},
+	{"limit-requests-per-minute", 429},
+	{"limit-queued-jobs", 429},
+	{"limit-stored-bytes", 429},
 	{"head-too-large", 431},
 	{"too-many-connections", 503},
 	{"too-many-waiting", 503},
@@ -138,7 +145,7 @@ void problem_respond(struct api_response *response, const struct tw_error *error
 	response->status = problem_status(error);
 	response_header(response, "Content-Type", "application/problem+json");
 	response_header(response, "Cache-Control", "no-store");
-	if (response->status == 503 || response->status == 429)
+	if ((response->status == 503 || response->status == 429) && !response_get_header(response, "Retry-After"))
 		response_header(response, "Retry-After", "1");
 	json_decref(problem);
 }

@@ -132,7 +132,9 @@ enum tw_status get_recording_samples(struct api_call *call, struct tw_error *err
 	for (size_t i = 0; i < got; i++)
 		json_array_append_new(items, show_sample(&samples[i]));
 	free(samples);
-	return status != TW_OK ? status : page_respond(call, items, (int64_t)got == limit ? first + limit : 0, error);
+	char next[24];
+	snprintf(next, sizeof next, "%lld", (long long)(first + limit));
+	return status != TW_OK ? status : page_respond_text(call, items, (int64_t)got == limit ? next : NULL, error);
 }
 
 /* --- CSV -------------------------------------------------------------------------------------------------------- */

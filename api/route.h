@@ -29,10 +29,13 @@ struct route {
 	 */
 	const char *const *parts;
 	unsigned flags;
+	/* KEY_READ…: what the key must be allowed; of several, one will do, and then the handler asks for the one that
+	 * the job in question wants. 0: answered without a key. */
+	unsigned scopes;
 };
 
-#define ROUTE_OPEN 1u      /* answered without an API key */
-#define ROUTE_STORELESS 2u /* answered also when the store is broken */
+#define ROUTE_STORELESS 1u /* answered also when the store is broken */
+#define ROUTE_OPERATOR 2u  /* tells of the service as a whole: for the operator's keys only */
 
 /* Ends with a row without method. */
 extern const struct route api_routes[];

@@ -2,6 +2,7 @@
 
 #include "storage/sql.h"
 
+#include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,14 +13,23 @@ enum tw_status access_change(struct store *store, int64_t *change, struct tw_err
 	return sql_end(&q, error);
 }
 
+static void read_veil(struct sql *q, uint8_t veil[ACCESS_VEIL_SIZE])
+{
+	static const uint8_t purpose[16] = "cursors";
+	size_t size = 0;
+	const void *salt = sql_bytes(q, &size);
+	crypto_generichash(veil, ACCESS_VEIL_SIZE, salt, size, purpose, sizeof purpose);
+}
+
 static enum tw_status read_state(struct store *store, struct access *access, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT a.change, a.keys_needed, t.number FROM access a, tenant t"
+	struct sql q = sql_query(store, "SELECT a.change, a.keys_needed, t.number, t.salt FROM access a, tenant t"
 					" WHERE t.name = 'default'");
 	if (sql_step(&q)) {
 		access->change = sql_int(&q);
 		access->keys_needed = sql_int(&q);
 		access->default_tenant = sql_int(&q);
+		read_veil(&q, access->default_veil);
 	}
 	return sql_end(&q, error);
 }
@@ -39,6 +49,7 @@ static void read_key(struct sql *q, struct access_key *key)
 		memcpy(key->hash, hash, size);
 	key->owner.tenant = sql_int(q);
 	key->owner.client = sql_int(q);
+	read_veil(q, key->veil);
 	key->scopes = (unsigned)sql_int(q);
 	int64_t expires_ms = sql_int(q);
 	key->until_ms = earlier(expires_ms, sql_int(q));
@@ -52,7 +63,7 @@ static void read_key(struct sql *q, struct access_key *key)
 static enum tw_status read_keys(struct store *store, struct access *access, struct tw_error *error)
 {
 	size_t room = 0;
-	struct sql q = sql_query(store, "SELECT s.hash, k.tenant, k.number, k.scopes, k.expires_ms, s.until_ms,"
+	struct sql q = sql_query(store, "SELECT s.hash, k.tenant, k.number, t.salt, k.scopes, k.expires_ms, s.until_ms,"
 					" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, k.name"
 					" FROM api_key_secret s JOIN api_key k ON k.number = s.key"
 					" JOIN tenant t ON t.number = k.tenant"

@@ -4,10 +4,15 @@
 
 #include "storage/key.h"
 
+/* With what a tenant's cursors are veiled, so that they do not tell how much others ask for; from its salt, so that
+ * every daemon has the same. */
+enum { ACCESS_VEIL_SIZE = 16 };
+
 /* A secret that is good. */
 struct access_key {
 	uint8_t hash[SECRET_HASH_SIZE];
 	struct owner owner;
+	uint8_t veil[ACCESS_VEIL_SIZE]; /* of the tenant */
 	unsigned scopes;
 	int64_t until_ms; /* since 1970; 0: for ever */
 	struct key_limits limits;
@@ -15,9 +20,10 @@ struct access_key {
 };
 
 struct access {
-	int64_t change;          /* see access_change */
-	bool keys_needed;        /* there is a key, or has been one */
-	int64_t default_tenant;  /* whose is what comes without a key, or with one of a key file */
+	int64_t change;         /* see access_change */
+	bool keys_needed;       /* there is a key, or has been one */
+	int64_t default_tenant; /* whose is what comes without a key, or with one of a key file */
+	uint8_t default_veil[ACCESS_VEIL_SIZE];
 	struct access_key *keys; /* owned */
 	size_t count;
 };

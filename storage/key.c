@@ -1,6 +1,7 @@
 #include "storage/key.h"
 
 #include "storage/id.h"
+#include "storage/job_state.h"
 #include "storage/row.h"
 
 #include <sodium.h>
@@ -51,6 +52,15 @@ enum tw_status key_parse_scopes(const char *text, unsigned *scopes, struct tw_er
 				 "a key without a scope is good for nothing; there are: read, submit, rig, admin");
 }
 
+/* So that nobody has to fear an overflow when he counts with them. */
+#define COUNT_MAX 1000000000ll
+#define BYTES_MAX (1ll << 53) /* every number up to here is one of JSON */
+
+static bool is_limit(int64_t limit, int64_t most)
+{
+	return limit >= 0 && limit <= most;
+}
+
 static enum tw_status check_draft(const struct store *store, const struct key_draft *draft, struct tw_error *error)
 {
 	static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.@";
@@ -64,9 +74,11 @@ static enum tw_status check_draft(const struct store *store, const struct key_dr
 			       "a key without a scope is good for nothing; there are: read, submit, rig, admin");
 	if (draft->expires_ms && draft->expires_ms <= store_now_ms(store))
 		return tw_fail(error, TW_ERROR_INPUT, "key-expiry", NULL, "the key would have expired already");
-	if (limits->requests_per_s < 0 || limits->requests_per_min < 0 || limits->queued_jobs < 0 ||
-	    limits->stored_bytes < 0)
-		return tw_fail(error, TW_ERROR_INPUT, "key-limit", NULL, "a limit is not below 0; 0 is none");
+	if (!is_limit(limits->requests_per_s, COUNT_MAX) || !is_limit(limits->requests_per_min, COUNT_MAX) ||
+	    !is_limit(limits->queued_jobs, COUNT_MAX) || !is_limit(limits->stored_bytes, BYTES_MAX))
+		return tw_fail(error, TW_ERROR_INPUT, "key-limit", NULL,
+			       "a limit is at least 0, which is none, and at most %lld (%lld bytes)",
+			       (long long)COUNT_MAX, (long long)BYTES_MAX);
 	return TW_OK;
 }
 
@@ -77,9 +89,12 @@ static enum tw_status no_such_key(const char *name, struct tw_error *error)
 
 /* --- reading ---------------------------------------------------------------------------------------------------- */
 
+#define QUEUED_JOBS                                                                                                    \
+	"(SELECT coalesce(sum(c.count), 0) FROM job_count c WHERE c.tenant = k.tenant AND c.client = k.number"         \
+	" AND c.state = " SQL_QUEUED ")"
 #define KEY_COLUMNS                                                                                                    \
 	"k.number, k.id, coalesce(t.name, ''), k.name, k.scopes, k.created_ms, k.expires_ms, k.revoked_ms,"            \
-	" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, u.queued_jobs, u.stored_bytes,"         \
+	" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, " QUEUED_JOBS ", u.stored_bytes,"       \
 	" u.requests, u.last_used_ms, (SELECT coalesce(max(s.created_ms), 0) FROM api_key_secret s"                    \
 	"  WHERE s.key = k.number), (SELECT coalesce(max(s.until_ms), 0) FROM api_key_secret s WHERE s.key = k.number" \
 	"  AND s.until_ms > ?1) "
@@ -127,6 +142,14 @@ enum tw_status key_get(struct store *store, int64_t tenant, const char *id, stru
 	sql_bind_text(&q, id);
 	sql_bind_int(&q, tenant);
 	return read_one(&q, id, key, error);
+}
+
+enum tw_status key_get_number(struct store *store, int64_t number, struct key *key, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT " KEY_COLUMNS KEY_FROM "WHERE k.number = ?2");
+	sql_bind_int(&q, store_now_ms(store));
+	sql_bind_int(&q, number);
+	return read_one(&q, "of this number", key, error);
 }
 
 enum tw_status key_find(struct store *store, int64_t tenant, const char *name, struct key *key, struct tw_error *error)
@@ -343,7 +366,7 @@ enum tw_status key_check_limits(struct store *store, int64_t client, bool jobs, 
 	struct key key = {0};
 	if (client <= 0)
 		return TW_OK;
-	struct sql q = sql_query(store, "SELECT k.queued_jobs, k.stored_bytes, u.queued_jobs, u.stored_bytes"
+	struct sql q = sql_query(store, "SELECT k.queued_jobs, k.stored_bytes, " QUEUED_JOBS ", u.stored_bytes"
 					" FROM api_key k JOIN api_key_usage u ON u.key = k.number WHERE k.number = ?");
 	sql_bind_int(&q, client);
 	if (sql_step(&q)) {

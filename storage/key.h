@@ -23,7 +23,7 @@ void key_print_scopes(unsigned scopes, char text[KEY_SCOPES_SIZE]);
 /* The words of a list with commas. TW_ERROR_INPUT "key-scope". */
 enum tw_status key_parse_scopes(const char *text, unsigned *scopes, struct tw_error *error) TW_NODISCARD;
 
-/* 0: no limit. */
+/* 0: no limit. At most 10⁹, and 2⁵³ bytes. */
 struct key_limits {
 	int64_t requests_per_s, requests_per_min; /* of each daemon */
 	int64_t queued_jobs;
@@ -63,6 +63,10 @@ enum tw_status key_create(struct store *store, const struct key_draft *draft, st
 /* Below: TW_ERROR_NOT_FOUND "no-such-key", also where it is another tenant's. */
 enum tw_status key_get(struct store *store, int64_t tenant, const char *id, struct key *key,
 		       struct tw_error *error) TW_NODISCARD;
+
+/* By its number. */
+enum tw_status key_get_number(struct store *store, int64_t number, struct key *key,
+			      struct tw_error *error) TW_NODISCARD;
 
 /* The key of this name that is not revoked. */
 enum tw_status key_find(struct store *store, int64_t tenant, const char *name, struct key *key,

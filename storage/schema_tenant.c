@@ -43,7 +43,6 @@ const char schema_tenants[] =
 	/* What changes all the time, apart from what daemons keep in memory. */
 	"CREATE TABLE api_key_usage("
 	"	key INTEGER PRIMARY KEY REFERENCES api_key ON DELETE CASCADE,"
-	"	queued_jobs INTEGER NOT NULL DEFAULT 0,"
 	"	stored_bytes INTEGER NOT NULL DEFAULT 0,"
 	"	requests INTEGER NOT NULL DEFAULT 0,"
 	"	last_used_ms INTEGER NOT NULL DEFAULT 0" /* 0: never */
@@ -90,9 +89,9 @@ const char schema_tenants[] =
 	"CREATE INDEX job_by_resource_kind ON job(tenant, kind, state, resource);"
 	"CREATE INDEX job_by_problem ON job(tenant, failure_type, number) WHERE failure_type <> '';";
 
-/* Last, when the table of jobs is as it will be: triggers that count what a key has in the store. */
+/* Last, when all tables are as they will be: triggers that count what a key stores. Its jobs are in job_count. */
 const char schema_usage[] =
-	/* What a key stores: uploads, arrays, artifacts; requests and summaries; samples. */
+	/* Uploads, arrays, artifacts; requests and summaries; samples. */
 	"CREATE TRIGGER blob_counted AFTER INSERT ON blob WHEN NEW.client > 0 BEGIN"
 	"	UPDATE api_key_usage SET stored_bytes = stored_bytes + NEW.size WHERE key = NEW.client;"
 	" END;"
@@ -124,16 +123,4 @@ const char schema_usage[] =
 	"CREATE TRIGGER samples_discounted AFTER DELETE ON recording_chunk BEGIN"
 	"	UPDATE api_key_usage SET stored_bytes = stored_bytes - length(OLD.samples)"
 	"	 WHERE key = (SELECT client FROM resource WHERE number = OLD.resource);"
-	" END;"
-
-	"CREATE TRIGGER job_of_key_added AFTER INSERT ON job WHEN NEW.client > 0 AND NEW.state = 0 BEGIN"
-	"	UPDATE api_key_usage SET queued_jobs = queued_jobs + 1 WHERE key = NEW.client;"
-	" END;"
-	"CREATE TRIGGER job_of_key_removed AFTER DELETE ON job WHEN OLD.client > 0 AND OLD.state = 0 BEGIN"
-	"	UPDATE api_key_usage SET queued_jobs = queued_jobs - 1 WHERE key = OLD.client;"
-	" END;"
-	"CREATE TRIGGER job_of_key_moved AFTER UPDATE OF state ON job"
-	" WHEN OLD.client > 0 AND (OLD.state = 0) <> (NEW.state = 0) BEGIN"
-	"	UPDATE api_key_usage SET queued_jobs = queued_jobs + (NEW.state = 0) - (OLD.state = 0)"
-	"	 WHERE key = NEW.client;"
 	" END;";

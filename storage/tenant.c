@@ -1,6 +1,7 @@
 #include "storage/tenant.h"
 
 #include "storage/chunk.h"
+#include "storage/lane.h"
 #include "storage/remove.h"
 #include "storage/sql.h"
 
@@ -83,15 +84,26 @@ enum tw_status tenant_list(struct store *store, int64_t after, struct tenant *te
 	return sql_end(&q, error);
 }
 
+static enum tw_status fail_deleted(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-tenant", NULL, "the tenant has been deleted");
+}
+
+enum tw_status tenant_name(struct store *store, int64_t number, char name[TENANT_NAME_SIZE], struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT name FROM tenant WHERE number = ? AND name IS NOT NULL");
+	sql_bind_int(&q, number);
+	bool found = sql_step(&q);
+	if (found)
+		sql_copy_text(&q, name, TENANT_NAME_SIZE);
+	enum tw_status status = sql_end(&q, error);
+	return status == TW_OK && !found ? fail_deleted(error) : status;
+}
+
 enum tw_status tenant_check(struct store *store, int64_t tenant, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT 1 FROM tenant WHERE number = ? AND name IS NOT NULL");
-	sql_bind_int(&q, tenant);
-	bool found = sql_step(&q);
-	enum tw_status status = sql_end(&q, error);
-	if (status == TW_OK && !found)
-		status = tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-tenant", NULL, "the tenant has been deleted");
-	return status;
+	char name[TENANT_NAME_SIZE];
+	return tenant_name(store, tenant, name, error);
 }
 
 /* --- deleting --------------------------------------------------------------------------------------------------- */
@@ -137,13 +149,30 @@ static enum tw_status remove_resources(struct store *store, int64_t tenant, int6
 	return status;
 }
 
+static enum tw_status remove_job(struct store *store, int64_t job, struct tw_error *error)
+{
+	enum tw_status status = lane_leave(store, job, error);
+	if (status != TW_OK)
+		return status;
+	struct sql q = sql_query(store, "DELETE FROM job WHERE number = ?");
+	sql_bind_int(&q, job);
+	return sql_run(&q, NULL, error);
+}
+
+/* Those that made no resource. */
 static enum tw_status remove_jobs(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "DELETE FROM job WHERE number IN"
-					" (SELECT number FROM job WHERE tenant = ? LIMIT ?)");
+	int64_t numbers[STEP_ROWS];
+	*removed = 0;
+	struct sql q = sql_query(store, "SELECT number FROM job WHERE tenant = ? LIMIT ?");
 	sql_bind_int(&q, tenant);
 	sql_bind_int(&q, STEP_ROWS);
-	return sql_run(&q, removed, error);
+	while (sql_step(&q))
+		numbers[(*removed)++] = sql_int(&q);
+	enum tw_status status = sql_end(&q, error);
+	for (int64_t i = 0; status == TW_OK && i < *removed; i++)
+		status = remove_job(store, numbers[i], error);
+	return status;
 }
 
 static enum tw_status let_go_of_uploads(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
@@ -155,23 +184,27 @@ static enum tw_status let_go_of_uploads(struct store *store, int64_t tenant, int
 	return sql_run(&q, removed, error);
 }
 
-static enum tw_status remove_row(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
+/* What has few rows a tenant, and nothing but the tenant's own. */
+static enum tw_status remove_rest(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "DELETE FROM api_key WHERE tenant = ?");
-	sql_bind_int(&q, tenant);
-	enum tw_status status = sql_run(&q, NULL, error);
-	if (status != TW_OK)
-		return status;
-	q = sql_query(store, "DELETE FROM tenant WHERE number = ?");
-	sql_bind_int(&q, tenant);
-	return sql_run(&q, removed, error);
+	static const char *const texts[] = {
+		"DELETE FROM share WHERE tenant = ?", "DELETE FROM job_group WHERE tenant = ?",
+		"DELETE FROM job_count WHERE tenant = ?", "DELETE FROM api_key WHERE tenant = ?",
+		"DELETE FROM tenant WHERE number = ?"};
+	enum tw_status status = TW_OK;
+	for (size_t i = 0; status == TW_OK && i < sizeof texts / sizeof *texts; i++) {
+		struct sql q = sql_query(store, texts[i]);
+		sql_bind_int(&q, tenant);
+		status = sql_run(&q, removed, error);
+	}
+	return status;
 }
 
 static enum tw_status remove_some(struct store *store, int64_t tenant, struct tw_error *error)
 {
 	static enum tw_status (*const parts[])(struct store * store, int64_t tenant, int64_t * removed,
 					       struct tw_error * error) = {remove_resources, remove_jobs,
-									   let_go_of_uploads, remove_row};
+									   let_go_of_uploads, remove_rest};
 	enum tw_status status = TW_OK;
 	int64_t removed = 0;
 	for (size_t i = 0; status == TW_OK && !removed && i < sizeof parts / sizeof *parts; i++)

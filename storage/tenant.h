@@ -17,6 +17,10 @@ enum tw_status tenant_create(struct store *store, const char *name, int64_t *num
 /* TW_ERROR_NOT_FOUND "no-such-tenant". */
 enum tw_status tenant_find(struct store *store, const char *name, int64_t *number, struct tw_error *error) TW_NODISCARD;
 
+/* TW_ERROR_NOT_FOUND "no-such-tenant" of a deleted one. */
+enum tw_status tenant_name(struct store *store, int64_t number, char name[TENANT_NAME_SIZE],
+			   struct tw_error *error) TW_NODISCARD;
+
 /* Within a transaction that adds something of the tenant: TW_ERROR_NOT_FOUND "no-such-tenant" where it has been
  * deleted. */
 enum tw_status tenant_check(struct store *store, int64_t tenant, struct tw_error *error) TW_NODISCARD;

@@ -24,6 +24,7 @@ int command_certificate(int argc, char **argv);
 int command_rig(int argc, char **argv);
 int command_serve(int argc, char **argv);
 int command_key(int argc, char **argv);
+int command_tenant(int argc, char **argv);
 int command_worker(int argc, char **argv);
 int command_backup(int argc, char **argv);
 int command_pack(int argc, char **argv);

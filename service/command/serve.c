@@ -14,6 +14,7 @@
 #include "service/daemon/supervisor.h"
 #include "service/log.h"
 #include "service/worker/worker.h"
+#include "storage/access.h"
 #include "storage/queue.h"
 
 #include <poll.h>
@@ -26,6 +27,7 @@
 #include <unistd.h>
 
 #define TICK_MS 50
+#define REFRESH_KEYS_MS 200
 #define SPARE_FILES 256
 
 struct daemon {
@@ -40,6 +42,8 @@ struct daemon {
 	int argc; /* of the command line, for SIGHUP */
 	char **argv;
 	int signals;
+	int64_t refresh_keys_ms; /* when keys are looked at next */
+	bool refresh_failed;     /* and that was told */
 	atomic_bool draining;
 	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
 };
@@ -206,28 +210,49 @@ static enum tw_status start_http(struct daemon *daemon, struct tw_error *error)
 	return http_start(&daemon->http, &settings, error);
 }
 
+/* Whether nobody gets in without a key, as far as the store says that is there already. */
+static bool store_needs_keys(const char *url)
+{
+	struct store *store = NULL;
+	struct access access = {0};
+	bool needs = store_open_existing(&store, url, NULL) == TW_OK && access_read(store, &access, NULL) == TW_OK &&
+		     access.keys_needed;
+	access_clear(&access);
+	store_close(store);
+	return needs;
+}
+
+static enum tw_status open_listener(struct daemon *daemon, struct tw_error *error)
+{
+	const struct config *config = &daemon->config;
+	enum tw_status status = listen_open(&daemon->listener, config->listen, !config->key_file[0], error);
+	bool wants_keys = status != TW_OK && !strcmp(error->type, "listen-unprotected");
+	return wants_keys && store_needs_keys(config->store)
+		       ? listen_open(&daemon->listener, config->listen, false, error)
+		       : status;
+}
+
 /* The address first, so that a service which may not or cannot listen leaves the store alone; the store before the
  * workers, so that only one process creates it; the workers before the threads of HTTP, so that nobody asks for work
  * which nobody does. */
 static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 {
 	const struct config *config = &daemon->config;
-	bool loopback_only = !config->key_file[0];
 	raise_file_limit(config);
 	enum tw_status status = open_signals(daemon, error);
 	daemon->metrics = metrics_new();
 	if (status == TW_OK && !daemon->metrics)
 		status = tw_fail_memory(error);
 	if (status == TW_OK)
-		status = listen_open(&daemon->listener, config->listen, loopback_only, error);
+		status = open_listener(daemon, error);
 	if (status == TW_OK)
 		status = store_open(&daemon->store, config->store, error);
 	if (status == TW_OK)
 		status = worker_abandon_dead(daemon->store, error);
 	if (status == TW_OK)
-		status = keeper_start(&daemon->keeper, config->store, error);
-	if (status == TW_OK)
 		status = open_api(daemon, error);
+	if (status == TW_OK)
+		status = keeper_start(&daemon->keeper, config->store, daemon->api, error);
 	if (status == TW_OK)
 		status = start_workers(daemon, error);
 	return status != TW_OK ? status : start_http(daemon, error);
@@ -306,6 +331,20 @@ static bool is_over(const struct daemon *daemon)
 	       (!http_active(daemon->http) && !supervisor_alive(daemon->supervisor));
 }
 
+/* Several times a second: a key that was revoked must not be good for longer than that. */
+static void refresh_keys(struct daemon *daemon)
+{
+	struct tw_error error = {0};
+	int64_t now = now_ms();
+	if (now < daemon->refresh_keys_ms)
+		return;
+	daemon->refresh_keys_ms = now + REFRESH_KEYS_MS;
+	bool failed = api_refresh_keys(daemon->api, &error) != TW_OK;
+	if (failed && !daemon->refresh_failed)
+		log_error("keys", &error);
+	daemon->refresh_failed = failed;
+}
+
 static void run(struct daemon *daemon)
 {
 	struct pollfd files[] = {{daemon->signals, POLLIN, 0}, {supervisor_done_fd(daemon->supervisor), POLLIN, 0}};
@@ -313,6 +352,7 @@ static void run(struct daemon *daemon)
 		poll(files, sizeof files / sizeof files[0], TICK_MS);
 		take_signals(daemon);
 		go_on_draining(daemon);
+		refresh_keys(daemon);
 		supervisor_tick(daemon->supervisor);
 		if (supervisor_take_done(daemon->supervisor))
 			http_jobs_changed(daemon->http);

@@ -4,6 +4,7 @@
 #include "service/rig/ending.h"
 #include "storage/queue.h"
 #include "storage/sweep.h"
+#include "storage/tenant.h"
 
 #include <pthread.h>
 #include <signal.h>
@@ -11,11 +12,13 @@
 #include <time.h>
 
 #define STEP_MS 1000
+#define USES_STEPS 5                     /* between two times that the use of keys is written down */
 #define SHRINK_STEPS 60                  /* between two times that pages go back to the file system */
 #define UPLOAD_AGE_MS (60ll * 60 * 1000) /* an upload that nobody has finished for so long is removed */
 
 struct keeper {
 	struct store *store; /* owned; the thread's */
+	struct api *api;     /* borrowed */
 	pthread_t thread;
 	pthread_mutex_t mutex;
 	pthread_cond_t changed;
@@ -39,6 +42,15 @@ static bool is_stopping(struct keeper *keeper)
 	return stop;
 }
 
+static enum tw_status sweep_tenants(struct keeper *keeper, struct tw_error *error)
+{
+	bool more = true;
+	enum tw_status status = TW_OK;
+	while (status == TW_OK && more && !is_stopping(keeper))
+		status = tenant_sweep(keeper->store, &more, error);
+	return status;
+}
+
 static enum tw_status sweep_all(struct keeper *keeper, struct tw_error *error)
 {
 	bool more = true;
@@ -50,7 +62,7 @@ static enum tw_status sweep_all(struct keeper *keeper, struct tw_error *error)
 
 /* What was told of each kind of trouble. */
 struct told {
-	bool leases, recordings, sweep, shrink;
+	bool leases, recordings, tenants, sweep, uses, shrink;
 };
 
 static void take_step(struct keeper *keeper, unsigned step, struct told *told)
@@ -58,6 +70,9 @@ static void take_step(struct keeper *keeper, unsigned step, struct told *told)
 	struct tw_error error = {0};
 	note("leases", job_expire(keeper->store, &error), &error, &told->leases);
 	note("recordings", recording_end_abandoned(keeper->store, &error), &error, &told->recordings);
+	if (step % USES_STEPS == USES_STEPS - 1)
+		note("key-uses", api_tell_uses(keeper->api, keeper->store, &error), &error, &told->uses);
+	note("tenants", sweep_tenants(keeper, &error), &error, &told->tenants);
 	note("sweep", sweep_all(keeper, &error), &error, &told->sweep);
 	if (step % SHRINK_STEPS == SHRINK_STEPS - 1)
 		note("shrink", store_shrink(keeper->store, &error), &error, &told->shrink);
@@ -82,9 +97,11 @@ static void *run(void *context)
 	struct keeper *keeper = context;
 	struct told told = {false};
 	unsigned step = 0;
+	struct tw_error error = {0};
 	do
 		take_step(keeper, step++, &told);
 	while (wait_for_next(keeper));
+	note("key-uses", api_tell_uses(keeper->api, keeper->store, &error), &error, &told.uses);
 	return NULL;
 }
 
@@ -113,11 +130,12 @@ static void destroy(struct keeper *keeper)
 	free(keeper);
 }
 
-enum tw_status keeper_start(struct keeper **keeper, const char *store_url, struct tw_error *error)
+enum tw_status keeper_start(struct keeper **keeper, const char *store_url, struct api *api, struct tw_error *error)
 {
 	struct keeper *made = calloc(1, sizeof *made);
 	if (!made)
 		return tw_fail_memory(error);
+	made->api = api;
 	enum tw_status status = store_open_existing(&made->store, store_url, error);
 	if (status != TW_OK) {
 		free(made);

@@ -65,7 +65,9 @@ enum tw_status listen_open(struct listener *listener, const char *address, bool 
 	listener->is_loopback = is_loopback(info->ai_addr);
 	if (loopback_only && !listener->is_loopback)
 		status = tw_fail(error, TW_ERROR_INPUT, "listen-unprotected", "listen",
-				 "%.80s can be reached from other machines; give --key-file, or listen on 127.0.0.1",
+				 "%.80s can be reached from other machines; make a key with tightwire key create, give "
+				 "--key-file, or "
+				 "listen on 127.0.0.1",
 				 address);
 	else
 		status = open_socket(listener, info, address, error);

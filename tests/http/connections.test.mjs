@@ -92,7 +92,7 @@ const upload = (i) =>
 test('1,040 clients without a key that trickle a body are refused by their heads', async (t) => {
   const folder = temporaryFolder();
   const keys = join(folder.path, 'keys');
-  writeFileSync(keys, run('key', 'somebody'));
+  writeFileSync(keys, run('key', 'somebody'), { mode: 0o600 });
   const service = await serve(t, { 'key-file': keys, 'log-level': 'error' });
   await livezDuring(t, service, '1,040 strangers', async () => {
     const sockets = await openMany(service, 1040, upload);

@@ -23,13 +23,15 @@ test('the contract and the route table name the same operations', () => {
   assert.deepEqual(written.sort(), routed.sort());
 });
 
-test('the contract and the route table agree on bodies and on what needs no key', () => {
+test('the contract and the route table agree on bodies, on scopes and on what needs no key', () => {
   for (const route of code.routes) {
     const operation = openapi.paths[route.path][route.method.toLowerCase()];
     const types = Object.keys(operation.requestBody?.content ?? {});
     const body = !types.length ? 'none' : types.includes('application/json') ? 'json' : 'upload';
     assert.equal(body, route.body, `${route.method} ${route.path}`);
-    assert.equal(operation.security?.length === 0, route.open, `${route.method} ${route.path}`);
+    // {}: what a service without keys lets in.
+    const security = route.scopes.length ? [{}, ...route.scopes.map((scope) => ({ key: [scope] }))] : [];
+    assert.deepEqual(operation.security, security, `${route.method} ${route.path}`);
   }
 });
 

@@ -22,7 +22,7 @@ test('it refuses to listen beyond this machine without a key file', () => {
   for (const listen of ['0.0.0.0:0', '[::]:0', ':0']) {
     const { status, stderr } = serve('--listen', listen, '--store', 'sqlite::memory:');
     assert.equal(status, 1, listen);
-    assert.match(stderr, /can be reached from other machines; give --key-file/);
+    assert.match(stderr, /can be reached from other machines; make a key with tightwire key create, give --key-file/);
     assert.equal(stderr.trim().split('\n').length, 1);
   }
 });
@@ -165,7 +165,7 @@ test('with a key file only its keys are let in, save to what must be open', asyn
   const key = made.stderr.trim();
   assert.match(made.stdout, /^studio [0-9a-f]{64}\n$/);
   assert.ok(!made.stdout.includes(key));
-  writeFileSync(file, made.stdout);
+  writeFileSync(file, made.stdout, { mode: 0o600 });
   await withService({ listen: '0.0.0.0:0', 'key-file': file }, async (service) => {
     service.url = service.url.replace('0.0.0.0', '127.0.0.1');
     for (const headers of [
@@ -261,7 +261,7 @@ test('SIGHUP reads keys and settings again, and takes nothing of what is wrong',
   };
   const [first, second] = [makeKey('first'), makeKey('second')];
   const settings = (more) => writeFileSync(conf, `key-file = ${keys}\nlog-level = warning\n${more}`);
-  writeFileSync(keys, first.line);
+  writeFileSync(keys, first.line, { mode: 0o600 });
   settings('wait-limit-s = 1\n');
   await withService({ config: conf }, async (service) => {
     const reload = async (words) => {

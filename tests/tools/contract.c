@@ -5,8 +5,22 @@
 #include "solver/garment/options.h"
 #include "solver/layout/options.h"
 #include "solver/motion/options.h"
+#include "storage/key.h"
 
+#include <jansson.h>
 #include <math.h>
+#include <string.h>
+
+/* [] for what needs no key. */
+static json_t *show_scopes(unsigned scopes)
+{
+	char text[KEY_SCOPES_SIZE], *rest = text;
+	json_t *list = json_array();
+	key_print_scopes(scopes, text);
+	for (const char *word = strsep(&rest, ","); word && *word; word = strsep(&rest, ","))
+		json_array_append_new(list, json_string(word));
+	return list;
+}
 
 static json_t *show_routes(void)
 {
@@ -17,7 +31,8 @@ static json_t *show_routes(void)
 		json_object_set_new(route, "method", json_string(r->method));
 		json_object_set_new(route, "path", json_string(r->path));
 		json_object_set_new(route, "body", json_string(bodies[r->body]));
-		json_object_set_new(route, "open", json_boolean(r->flags & ROUTE_OPEN));
+		json_object_set_new(route, "operator", json_boolean(r->flags & ROUTE_OPERATOR));
+		json_object_set_new(route, "scopes", show_scopes(r->scopes));
 		json_array_append_new(routes, route);
 	}
 	return routes;

@@ -67,13 +67,15 @@ static bool enter(struct http_connection *c, enum connection_phase phase, int64_
 /* --- life -----------------------------------------------------------------------------------------------------------
  */
 
-struct http_connection *http_connection_new(struct http_context *context, int socket, const char *peer)
+struct http_connection *http_connection_new(struct http_context *context, int socket, const char *peer,
+					    uint64_t address)
 {
 	struct http_connection *c = calloc(1, sizeof *c);
 	if (!c)
 		return NULL;
 	c->context = context;
 	c->socket = socket;
+	c->address = address;
 	c->relay.socket = -1;
 	snprintf(c->peer, sizeof c->peer, "%s", peer);
 	enter(c, CONNECTION_IDLE, now_us() / 1000);
@@ -88,10 +90,11 @@ static void log_request(const struct http_connection *c, bool is_complete)
 	unsigned status = exchange_response(c->exchange)->status;
 	status = status ? status : STATUS_CLIENT_GONE;
 	metrics_count_request(c->context->metrics, route, status, seconds);
-	log_event(LOG_LEVEL_INFO, "request", "id=%s peer=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
-		  exchange_request_id(c->exchange), c->peer, c->head.method ? c->head.method : "",
-		  route ? route->path : "", status, seconds * 1e3, (unsigned long long)c->received,
-		  is_complete ? "" : " aborted=true");
+	log_event(LOG_LEVEL_INFO, "request",
+		  "id=%s peer=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
+		  exchange_request_id(c->exchange), c->peer, exchange_key_name(c->exchange),
+		  c->head.method ? c->head.method : "", route ? route->path : "", status, seconds * 1e3,
+		  (unsigned long long)c->received, is_complete ? "" : " aborted=true");
 }
 
 static void end_request(struct http_connection *c, bool is_complete)
@@ -142,7 +145,7 @@ static bool begin_reply(struct http_connection *c, struct turn *turn)
 	bool is_head = c->head.method && !strcmp(c->head.method, "HEAD");
 	if (!reply_begin(&c->reply, response, is_head, c->ends))
 		return stop(turn, CONNECTION_ENDS);
-	return enter(c, CONNECTION_SENDING, turn->now_ms);
+	return enter(c, exchange_pause_ms(c->exchange) ? CONNECTION_PAUSED : CONNECTION_SENDING, turn->now_ms);
 }
 
 static const char *find_header(void *context, const char *name)
@@ -155,6 +158,7 @@ static struct api_request request_of(struct http_connection *c)
 	return (struct api_request){
 		.method = c->head.method ? c->head.method : "",
 		.host = c->head.host ? c->head.host : "",
+		.address = c->address,
 		.header = find_header,
 		.context = &c->head,
 	};
@@ -537,6 +541,14 @@ static bool linger(struct http_connection *c, struct turn *turn)
 	return true;
 }
 
+/* Until http_connection_check_time says that it is over. */
+static bool wait_out_pause(struct http_connection *c, struct turn *turn)
+{
+	struct pollfd socket = {c->socket, 0, 0};
+	bool is_gone = poll(&socket, 1, 0) > 0;
+	return is_gone ? stop(turn, CONNECTION_ENDS) : wait_for(c, turn, 0);
+}
+
 /* --- turns ----------------------------------------------------------------------------------------------------------
  */
 
@@ -552,6 +564,8 @@ static bool step(struct http_connection *c, struct turn *turn)
 		return read_body(c, turn);
 	case CONNECTION_RELAYING:
 		return relay_request(c, turn);
+	case CONNECTION_PAUSED:
+		return wait_out_pause(c, turn);
 	case CONNECTION_SENDING:
 		return send_reply(c, turn);
 	case CONNECTION_LINGERING:
@@ -645,6 +659,11 @@ enum connection_outcome http_connection_check_time(struct http_connection *c, ch
 		return is_slow(c, now_ms) ? end_late(c, &turn, "the body came too slowly") : CONNECTION_WAITS;
 	case CONNECTION_RELAYING:
 		return check_relay(c, &turn);
+	case CONNECTION_PAUSED:
+		if (now_ms - c->since_ms < exchange_pause_ms(c->exchange))
+			return CONNECTION_WAITS;
+		enter(c, CONNECTION_SENDING, now_ms);
+		return run(c, &turn);
 	case CONNECTION_SENDING:
 		return is_slow(c, now_ms) ? CONNECTION_ENDS : CONNECTION_WAITS;
 	case CONNECTION_LINGERING:

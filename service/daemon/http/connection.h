@@ -3,7 +3,7 @@
  *
  *     IDLE ─► HEAD ─► OPENING ─┬─► BODY ─► SENDING ─┬─► IDLE
  *                       │      └─► RELAYING ────────┤
- *                       └ (refused) ─► SENDING ─────┴─► LINGERING ─► closed
+ *                       └ (refused) ─► (PAUSED) ─► SENDING ─┴─► LINGERING ─► closed
  *
  * What asks for nothing of the store (/livez, a refusal) is answered here, by the thread that reads heads. With
  * everything else the connection moves to a thread that relays it to the engine (CONNECTION_NEEDS_ENGINE), and comes
@@ -27,6 +27,7 @@ enum connection_phase {
 	CONNECTION_OPENING,   /* the head is judged */
 	CONNECTION_BODY,      /* of a request that needs no store: thrown away */
 	CONNECTION_RELAYING,  /* body to the engine, answer back */
+	CONNECTION_PAUSED,    /* an answer of our own is kept back: the client guesses keys */
 	CONNECTION_SENDING,   /* an answer of our own */
 	CONNECTION_LINGERING, /* answered and half closed: what still comes is thrown away, so that the answer is read
 			       */
@@ -48,6 +49,7 @@ struct http_connection {
 	struct http_context *context; /* borrowed */
 	int socket;
 	char peer[CONNECTION_PEER_SIZE]; /* the client's address as text */
+	uint64_t address;                /* and as address_key */
 	const struct tw_error *excuse;   /* borrowed; it is one too many: only what needs no store is answered, once */
 	enum connection_phase phase;
 	unsigned events;       /* of epoll that it waits for at its socket; 0: only that the client leaves */
@@ -85,7 +87,8 @@ enum connection_outcome {
 };
 
 /* Takes the socket over. NULL when out of memory, and then the socket is the caller's. */
-struct http_connection *http_connection_new(struct http_context *context, int socket, const char *peer);
+struct http_connection *http_connection_new(struct http_context *context, int socket, const char *peer,
+					    uint64_t address);
 
 /* The client is gone, or is sent away: what it has begun is dropped. Closes the socket and frees. */
 void http_connection_free(struct http_connection *connection);

@@ -291,7 +291,7 @@ static void welcome(struct loop *front, int socket, const struct sockaddr_storag
 	struct client *client = calloc(1, sizeof *client);
 	uint64_t key = address_key(address, peer);
 	if (client)
-		client->connection = http_connection_new(&server->context, socket, peer);
+		client->connection = http_connection_new(&server->context, socket, peer, key);
 	if (!client || !client->connection) {
 		free(client);
 		close(socket);

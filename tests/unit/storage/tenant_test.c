@@ -225,7 +225,8 @@ static void sweep_tenants(struct fixture *f)
 /* Everything in the store that says whose it is. */
 static int64_t rows_of(struct fixture *f, int64_t tenant)
 {
-	static const char *const tables[] = {"resource", "job", "idempotency", "api_key"};
+	static const char *const tables[] = {"resource", "job",       "idempotency", "api_key",
+					     "share",    "job_group", "job_count"};
 	char sql[128];
 	int64_t rows = 0;
 	for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
@@ -243,11 +244,11 @@ static void a_deleted_tenant_leaves_nothing_and_nobody_else_misses_anything(void
 	struct key key;
 	int64_t mill = make_tenant(f, "mill"), again = 0, found = 0;
 	fill(f, TENANT_DEFAULT);
+	struct job_ticket ticket = fixture_claim(f);
 	int64_t others = rows_of(f, TENANT_DEFAULT);
 	fill(f, mill);
 	struct key_draft draft = {.tenant = mill, .name = "mes", .scopes = KEY_SCOPES_ALL};
 	ok(f, key_create(f->store, &draft, &key, secret, &f->error));
-	struct job_ticket ticket = fixture_claim(f); /* of the other tenant: the older */
 	ok(f, tenant_delete(f->store, "mill", &f->error));
 	refused(f, tenant_find(f->store, "mill", &found, &f->error), TW_ERROR_NOT_FOUND, "no-such-tenant");
 	refused(f, tenant_delete(f->store, "mill", &f->error), TW_ERROR_NOT_FOUND, "no-such-tenant");
