@@ -405,10 +405,15 @@ enum tw_status ldl_analyse(struct ldl *ldl, struct arena *arena, const struct ld
 
 uint32_t ldl_part_of(const struct ldl *ldl, uint32_t place)
 {
-	uint32_t part = 0;
-	while (place >= ldl->part[part].copies_end)
-		part++;
-	return part;
+	uint32_t low = 0, high = ldl->part_count;
+	while (low < high) {
+		const uint32_t middle = low + (high - low) / 2;
+		if (ldl->part[middle].copies_end <= place)
+			low = middle + 1;
+		else
+			high = middle;
+	}
+	return low;
 }
 
 uint32_t ldl_place_in(const struct ldl *ldl, uint32_t part, uint32_t place)

@@ -24,8 +24,8 @@ struct factor {
 	uint32_t *waiting;  /* [panel_count] the first panel in each list */
 	uint32_t *next;     /* [panel_count] in its list */
 	uint32_t *position; /* [panel_count] how many of a panel's rows have been dealt with */
-	uint32_t *at;       /* [place_count] the row of `sum`, of the current panel's rows */
-	uint32_t *to;       /* [most rows of a panel] the rows of `sum` that another panel's rows are subtracted from */
+	uint32_t *at;       /* [place_count] the row of `sum` that stands for a place, for the current panel's rows */
+	uint32_t *home;     /* [most rows of a panel] scratch */
 	double *d;          /* [place_count] D */
 	double *sum;        /* [most rows of a panel + LDL_PANEL_WIDTH][LDL_PANEL_WIDTH] */
 };
@@ -46,12 +46,12 @@ static enum tw_status allocate(struct factor *f, struct arena *scratch, const st
 		.next = ARENA_ARRAY(scratch, ldl->panel_count, uint32_t),
 		.position = ARENA_ZEROED(scratch, ldl->panel_count, uint32_t),
 		.at = ARENA_ARRAY(scratch, n, uint32_t),
-		.to = ARENA_ARRAY(scratch, most, uint32_t),
+		.home = ARENA_ARRAY(scratch, most, uint32_t),
 		.d = ARENA_ARRAY(scratch, n, double),
 		.sum = ARENA_ARRAY(scratch, (most + LDL_PANEL_WIDTH) * LDL_PANEL_WIDTH, double),
 	};
 	return f->first && f->row && f->value && f->diagonal && f->panel_of && f->waiting && f->next && f->position &&
-			       f->at && f->to && f->d && f->sum
+			       f->at && f->home && f->d && f->sum
 		       ? TW_OK
 		       : TW_ERROR_MEMORY;
 }
@@ -71,7 +71,7 @@ static void build_matrix(struct factor *f, const struct ldl *ldl, const struct l
 				continue;
 			}
 			const uint32_t to = next[u < v ? u : v]++;
-			f->row[to] = u < v ? v : u;
+			f->row[to] = ldl_place_in(ldl, ldl_part_of(ldl, u < v ? u : v), u < v ? v : u);
 			f->value[to] = weight[e];
 		}
 		for (uint32_t k = 0; k < ldl->place_count && !pass; k++)
@@ -90,7 +90,7 @@ static void start_panel(struct factor *f, const struct ldl *ldl, const struct ld
 	for (uint32_t c = 0; c < width; c++)
 		f->at[panel->first + c] = c;
 	for (uint32_t r = 0; r < panel->row_count; r++)
-		f->at[ldl->original[row[r]]] = width + r;
+		f->at[row[r]] = width + r;
 	memset(f->sum, 0, (size_t)(width + panel->row_count) * LDL_PANEL_WIDTH * sizeof *f->sum);
 	for (uint32_t c = 0; c < width; c++) {
 		const uint32_t k = panel->first + c;
@@ -111,24 +111,28 @@ static void wait_for_next(struct factor *f, const struct ldl *ldl, uint32_t p)
 	f->waiting[to] = p;
 }
 
-/* The current panel loses what the panel q, which has rows among its columns, contributes. */
+/* The current panel loses what the panel q, which has rows among its columns, contributes. Where q is in a part and the
+ * panel in the top, q's rows are copies of the panel's. */
 static uint64_t subtract(struct factor *f, const struct ldl *ldl, const struct ldl_panel *panel, uint32_t q)
 {
 	const struct ldl_panel *const from = &ldl->panel[q];
-	const uint32_t width = from->width, start = f->position[q], end = panel->first + panel->width;
+	const uint32_t width = from->width, start = f->position[q], count = from->row_count - start;
 	const float *const l = ldl->value + from->value + (size_t)(width + start) * width;
-	const uint32_t *const row = ldl->row + from->row + start;
+	const uint32_t *row = ldl->row + from->row + start;
 	double share[LDL_PANEL_WIDTH * LDL_PANEL_WIDTH] = {0};
 	uint32_t inside = 0;
-	for (; start + inside < from->row_count && ldl->original[row[inside]] < end; inside++)
+	if (ldl->original[row[0]] != row[0] && panel->first >= ldl->part[ldl->part_count].first) {
+		for (uint32_t i = 0; i < count; i++)
+			f->home[i] = ldl->original[row[i]];
+		row = f->home;
+	}
+	for (; inside < count && row[inside] - panel->first < panel->width; inside++)
 		for (uint32_t c = 0; c < width; c++)
-			share[c * LDL_PANEL_WIDTH + ldl->original[row[inside]] - panel->first] =
+			share[c * LDL_PANEL_WIDTH + row[inside] - panel->first] =
 				(double)l[inside * width + c] * f->d[from->first + c];
-	for (uint32_t i = start; i < from->row_count; i++)
-		f->to[i - start] = f->at[ldl->original[row[i - start]]];
-	ldl_kernels_of(ldl->isa)->subtract(f->sum, f->to, from->row_count - start, l, width, share);
+	ldl_kernels_of(ldl->isa)->subtract(f->sum, f->at, row, count, l, width, share);
 	f->position[q] += inside;
-	return (uint64_t)(from->row_count - start) * width * panel->width;
+	return (uint64_t)count * width * panel->width;
 }
 
 /* One row of the panel's sums becomes one of L: y = l D L' with the square's L; the columns before `count`. */

@@ -12,10 +12,10 @@ struct ldl_kernels {
 			uint32_t panel_end);
 	void (*backward)(const struct ldl *ldl, float *x, uint32_t base, uint32_t stride, uint32_t panel,
 			 uint32_t panel_end);
-	/* For `count` rows of `width` values l: the row to[i] of `sum`, LDL_PANEL_WIDTH numbers, loses the row's values
-	 * times the rows of `share`, which are as long. */
-	void (*subtract)(double *sum, const uint32_t *to, uint32_t count, const float *l, uint32_t width,
-			 const double *share);
+	/* For `count` rows of `width` values l: the row at[row[i]] of `sum`, LDL_PANEL_WIDTH numbers, loses the row's
+	 * values times the rows of `share`, which are as long. */
+	void (*subtract)(double *sum, const uint32_t *at, const uint32_t *row, uint32_t count, const float *l,
+			 uint32_t width, const double *share);
 };
 
 extern const struct ldl_kernels ldl_kernels_base, ldl_kernels_avx2, ldl_kernels_avx512;

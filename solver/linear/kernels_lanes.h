@@ -75,15 +75,15 @@ typedef double sums __attribute__((vector_size(16), aligned(8), may_alias));
 #endif
 enum { SUMS = LDL_PANEL_WIDTH * sizeof(double) / sizeof(sums) };
 
-static inline __attribute__((always_inline)) void subtract_rows(double *sum, const uint32_t *row, uint32_t count,
-								const float *l, const uint32_t width,
+static inline __attribute__((always_inline)) void subtract_rows(double *sum, const uint32_t *at, const uint32_t *row,
+								uint32_t count, const float *l, const uint32_t width,
 								const double *share)
 {
 	sums f[LDL_PANEL_WIDTH][SUMS];
 	for (uint32_t c = 0; c < width; c++)
 		memcpy(f[c], share + c * LDL_PANEL_WIDTH, sizeof f[c]);
 	for (uint32_t r = 0; r < count; r++, l += width) {
-		sums *const to = (sums *)(sum + (size_t)row[r] * LDL_PANEL_WIDTH);
+		sums *const to = (sums *)(sum + (size_t)at[row[r]] * LDL_PANEL_WIDTH);
 		for (uint32_t i = 0; i < SUMS; i++) {
 			sums s = to[i];
 			for (uint32_t c = 0; c < width; c++)
@@ -93,17 +93,17 @@ static inline __attribute__((always_inline)) void subtract_rows(double *sum, con
 	}
 }
 
-static void subtract(double *sum, const uint32_t *row, uint32_t count, const float *l, uint32_t width,
-		     const double *share)
+static void subtract(double *sum, const uint32_t *at, const uint32_t *row, uint32_t count, const float *l,
+		     uint32_t width, const double *share)
 {
 	if (width == 4)
-		subtract_rows(sum, row, count, l, 4, share);
+		subtract_rows(sum, at, row, count, l, 4, share);
 	else if (width == 3)
-		subtract_rows(sum, row, count, l, 3, share);
+		subtract_rows(sum, at, row, count, l, 3, share);
 	else if (width == 2)
-		subtract_rows(sum, row, count, l, 2, share);
+		subtract_rows(sum, at, row, count, l, 2, share);
 	else
-		subtract_rows(sum, row, count, l, 1, share);
+		subtract_rows(sum, at, row, count, l, 1, share);
 }
 
 const struct ldl_kernels LDL_KERNELS = {forward, backward, subtract};
