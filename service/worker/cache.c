@@ -2,6 +2,7 @@
 #include "service/worker/cache.h"
 
 #include "service/worker/mesh_upload.h"
+#include "solver/layout/base.h"
 #include "storage/blob.h"
 #include "storage/resources.h"
 
@@ -17,6 +18,8 @@ struct cache {
 	struct cached_mesh mesh; /* id "" when there is none */
 	struct arena *field_arena;
 	struct cached_field field;
+	bool has_tried_base;
+	struct layout_base *base; /* in field_arena; NULL: none was made, or it does not fit */
 };
 
 struct cache *cache_new(size_t budget)
@@ -41,6 +44,8 @@ static void drop_field(struct cache *cache)
 	arena_free(cache->field_arena);
 	cache->field_arena = NULL;
 	memset(&cache->field, 0, sizeof cache->field);
+	cache->has_tried_base = false;
+	cache->base = NULL;
 }
 
 static void drop_mesh(struct cache *cache)
@@ -211,4 +216,27 @@ enum tw_status cache_field(struct cache *cache, struct store *store, const char 
 	if (status != TW_OK)
 		drop_field(cache);
 	return status;
+}
+
+/* Whether it fits depends on mesh and field alone, as do the arenas. */
+enum tw_status cache_base(struct cache *cache, const struct cached_mesh *mesh, const struct cached_field *field,
+			  const struct layout_base **base, struct tw_error *error)
+{
+	assert(field == &cache->field && mesh == &cache->mesh);
+	if (!cache->has_tried_base) {
+		const struct arena_mark mark = arena_mark(cache->field_arena);
+		struct layout_base *new = ARENA_ARRAY(cache->field_arena, 1, struct layout_base);
+		enum tw_status status = new ? layout_base_build(new, cache->field_arena, &mesh->garment,
+								&mesh->topology, &field->field, error)
+					    : TW_ERROR_MEMORY;
+		if (status != TW_OK && status != TW_ERROR_MEMORY)
+			return status;
+		if (status != TW_OK)
+			arena_release(cache->field_arena, mark);
+		*error = (struct tw_error){0};
+		cache->base = status == TW_OK ? new : NULL;
+		cache->has_tried_base = true;
+	}
+	*base = cache->base;
+	return TW_OK;
 }

@@ -9,6 +9,7 @@
 #include "storage/store.h"
 
 struct cache;
+struct layout_base;
 
 struct cached_mesh {
 	char id[STORE_ID_SIZE];
@@ -35,6 +36,10 @@ enum tw_status cache_mesh(struct cache *cache, struct store *store, const char *
 			  struct tw_error *error) TW_NODISCARD;
 enum tw_status cache_field(struct cache *cache, struct store *store, const char *id, const struct cached_mesh *mesh,
 			   const struct cached_field **field, struct tw_error *error) TW_NODISCARD;
+
+/* What all layouts of the field that was asked for last share; NULL where it does not fit: then each makes its own. */
+enum tw_status cache_base(struct cache *cache, const struct cached_mesh *mesh, const struct cached_field *field,
+			  const struct layout_base **base, struct tw_error *error) TW_NODISCARD;
 
 /* All arrays of a resource into an arena, with their names. */
 enum tw_status cache_read_arrays(struct arena *arena, struct store *store, const char *id, struct tw_array **arrays,

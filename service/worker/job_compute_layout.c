@@ -21,6 +21,7 @@ struct layout_work {
 	struct work *work;
 	const struct cached_mesh *mesh;
 	const struct cached_field *field;
+	const struct layout_base *base;    /* NULL where it does not fit the cache */
 	char (*motion_ids)[STORE_ID_SIZE]; /* owned */
 	const char **motion_names;         /* owned list of owned names */
 	bool *motion_has_frames;           /* owned */
@@ -182,6 +183,7 @@ static enum tw_status compute(struct layout_work *layout, const struct layout_re
 		.garment = &layout->mesh->garment,
 		.topology = &layout->mesh->topology,
 		.field = &layout->field->field,
+		.base = layout->base,
 		.request = request,
 		.motion_name = layout->motion_names,
 		.motion_count = (uint32_t)layout->motion_count,
@@ -218,6 +220,8 @@ static enum tw_status load(struct layout_work *layout, struct tw_error *error)
 		status = cache_mesh(work->cache, work->store, mesh_id, &layout->mesh, error);
 	if (status == TW_OK)
 		status = cache_field(work->cache, work->store, fields[0], layout->mesh, &layout->field, error);
+	if (status == TW_OK)
+		status = cache_base(work->cache, layout->mesh, layout->field, &layout->base, error);
 	if (status == TW_OK)
 		status = resource_needs(work->store, fields[0], RESOURCE_MOTION, &layout->motion_ids,
 					&layout->motion_count, error);

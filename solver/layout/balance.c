@@ -162,7 +162,7 @@ enum tw_status pricing_balance(double *eta_mpa, struct arena *arena, const struc
 			       const struct site_set *sites, void (*progress)(void *context, double share),
 			       void *context, struct tw_error *error)
 {
-	const struct field *field = &ground->field;
+	const struct field *field = &ground->base->field;
 	*eta_mpa = field->options.eta_mpa;
 	if (!(mean_density(field) > 0) || field->options.weight != FIELD_DEFORMATION)
 		return TW_OK;

@@ -46,27 +46,27 @@ static bool passes_corner(const struct network *network, const struct strip_chor
 	return false;
 }
 
-static void list_chords(struct list *list, const struct network *network, const struct field *field,
-			const struct strip_fabric *fabric)
+static void list_chords(struct list *list, const struct network *network, const struct layout_base *base,
+			const struct field *field)
 {
 	double corner_mm = NETWORK_CORNER_WIDTHS * field->options.strip_width_mm;
-	for (uint32_t e = 0; e < field->edge_count; e++) {
-		struct strip_chord chord;
-		if (field->chord_weight[e] == FIELD_FORBIDDEN || !strip_find_chord(fabric, e, &chord) ||
-		    !is_reached(network, chord.vertex[0]) || !is_reached(network, chord.vertex[1]) ||
-		    passes_corner(network, &chord, e, corner_mm))
+	for (uint32_t c = 0; c < base->chord_count; c++) {
+		const struct strip_chord *chord = &base->chord[c].chord;
+		const uint32_t e = base->chord[c].edge;
+		if (field->chord_weight[e] == FIELD_FORBIDDEN || !is_reached(network, chord->vertex[0]) ||
+		    !is_reached(network, chord->vertex[1]) || passes_corner(network, chord, e, corner_mm))
 			continue;
 		uint32_t i = list->count++;
-		memcpy(list->ends + 2 * (size_t)i, chord.vertex, sizeof chord.vertex);
+		memcpy(list->ends + 2 * (size_t)i, chord->vertex, sizeof chord->vertex);
 		list->weight[i] = field->chord_weight[e];
-		list->tie[i] = network_tie(network, chord.vertex[0], chord.vertex[1]);
+		list->tie[i] = network_tie(network, chord->vertex[0], chord->vertex[1]);
 		list->across[i - list->edges] = e;
-		list->length_mm[i - list->edges] = chord.length_mm;
+		list->length_mm[i - list->edges] = chord->length_mm;
 	}
 }
 
 enum tw_status chord_graph_build(struct chord_graph *chords, struct arena *arena, const struct network *network,
-				 const struct field *field, const struct strip_fabric *fabric, struct tw_error *error)
+				 const struct layout_base *base, const struct field *field, struct tw_error *error)
 {
 	const uint32_t edges = network->graph.edge_count;
 	const size_t most = (size_t)edges + field->edge_count;
@@ -84,7 +84,7 @@ enum tw_status chord_graph_build(struct chord_graph *chords, struct arena *arena
 	memcpy(list.ends, network->graph.ends, 2 * (size_t)edges * sizeof *list.ends);
 	memcpy(list.weight, network->graph.weight, edges * sizeof *list.weight);
 	memcpy(list.tie, network->tie, edges * sizeof *list.tie);
-	list_chords(&list, network, field, fabric);
+	list_chords(&list, network, base, field);
 	*chords = (struct chord_graph){
 		.tie = list.tie, .across = list.across, .length_mm = list.length_mm, .chord_count = list.count - edges};
 	return graph_build(&chords->graph, arena, network->graph.vertex_count, list.count, list.ends, list.weight,

@@ -16,10 +16,10 @@ struct chord_graph {
 	uint32_t chord_count;
 };
 
-/* `field` has weights of chords; `fabric` is of the same garment. Chords whose ends no edge of the network reaches, and
+/* `field` has weights of chords. Chords whose ends no edge of the network reaches, and
  * those that pass a corner of pieces, are left out. TW_ERROR_MEMORY. */
 enum tw_status chord_graph_build(struct chord_graph *chords, struct arena *arena, const struct network *network,
-				 const struct field *field, const struct strip_fabric *fabric,
+				 const struct layout_base *base, const struct field *field,
 				 struct tw_error *error) TW_NODISCARD;
 
 /* Cuts the chords of a tree: the network grows by their crossings, and tree->edges becomes the network's edges, of the

@@ -5,44 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-static enum tw_status take_chords(struct ground *ground, struct arena *arena, struct tw_error *error)
-{
-	const struct field *asked = ground->asked->field;
-	uint64_t *weight = ARENA_ARRAY(arena, asked->edge_count, uint64_t);
-	float *coverage = ARENA_ARRAY(arena, asked->edge_count, float);
-	if (!weight || !coverage)
-		return tw_fail_memory(error);
-	for (uint32_t e = 0; e < asked->edge_count; e++) {
-		weight[e] = asked->chord_weight[ground->canonical.edge[e]];
-		coverage[e] = asked->chord_coverage[ground->canonical.edge[e]];
-	}
-	ground->field.chord_weight = weight;
-	ground->field.chord_coverage = coverage;
-	return TW_OK;
-}
-
-static enum tw_status take_field(struct ground *ground, struct arena *arena, struct tw_error *error)
-{
-	const struct field *asked = ground->asked->field;
-	const struct canonical *canonical = &ground->canonical;
-	double *density = ARENA_ARRAY(arena, asked->face_count, double);
-	uint64_t *weight = ARENA_ARRAY(arena, asked->edge_count, uint64_t);
-	float *coverage = ARENA_ARRAY(arena, asked->edge_count, float);
-	if (!density || !weight || !coverage)
-		return tw_fail_memory(error);
-	for (uint32_t f = 0; f < asked->face_count; f++)
-		density[f] = asked->density[canonical->face[f]];
-	for (uint32_t e = 0; e < asked->edge_count; e++) {
-		weight[e] = asked->weight[canonical->edge[e]];
-		coverage[e] = asked->coverage[canonical->edge[e]];
-	}
-	ground->field = *asked;
-	ground->field.density = density;
-	ground->field.weight = weight;
-	ground->field.coverage = coverage;
-	return asked->chord_weight ? take_chords(ground, arena, error) : TW_OK;
-}
-
 static const uint8_t *take_marks(struct arena *arena, const uint8_t *asked, const uint32_t *from, uint32_t count)
 {
 	uint8_t *mark = ARENA_ARRAY(arena, count, uint8_t);
@@ -54,7 +16,7 @@ static const uint8_t *take_marks(struct arena *arena, const uint8_t *asked, cons
 static enum tw_status take_constraints(struct ground *ground, struct arena *arena, struct tw_error *error)
 {
 	const struct layout_input *asked = ground->asked;
-	const struct canonical *canonical = &ground->canonical;
+	const struct canonical *canonical = &ground->base->canonical;
 	const uint32_t faces = asked->garment->face_count, edges = asked->topology->edge_count;
 	struct field_constraints *found = &ground->found;
 	if (!constraints_any(&asked->request->constraints))
@@ -81,18 +43,25 @@ static enum tw_status take_constraints(struct ground *ground, struct arena *aren
 	return TW_OK;
 }
 
+static enum tw_status find_base(struct ground *ground, struct arena *arena, struct tw_error *error)
+{
+	const struct layout_input *asked = ground->asked;
+	ground->base = asked->base ? asked->base : &ground->own;
+	if (asked->base)
+		return TW_OK;
+	return layout_base_build(&ground->own, arena, asked->garment, asked->topology, asked->field, error);
+}
+
 enum tw_status ground_build(struct ground *ground, struct arena *arena, const struct layout_input *asked,
 			    struct tw_error *error)
 {
 	*ground = (struct ground){.asked = asked, .input = *asked};
-	enum tw_status status = canonical_build(&ground->canonical, arena, asked->garment, asked->topology, error);
-	if (status == TW_OK)
-		status = take_field(ground, arena, error);
+	enum tw_status status = find_base(ground, arena, error);
 	if (status == TW_OK)
 		status = take_constraints(ground, arena, error);
-	ground->input.garment = &ground->canonical.garment;
-	ground->input.topology = &ground->canonical.topology;
-	ground->input.field = &ground->field;
+	ground->input.garment = &ground->base->canonical.garment;
+	ground->input.topology = &ground->base->canonical.topology;
+	ground->input.field = &ground->base->field;
 	return status;
 }
 
@@ -105,11 +74,11 @@ static double round_share(double share)
 /* The site on one of the faces of its edge. */
 static struct place place_on_edge(const struct ground *ground, const struct site *site, uint32_t which)
 {
-	const struct topology *topology = &ground->canonical.topology;
+	const struct topology *topology = &ground->base->canonical.topology;
 	uint32_t face = topology->edge_face[2 * (size_t)site->edge + which];
 	uint32_t from = topology->edge_side[2 * (size_t)site->edge + which], to = from == 2 ? 0 : from + 1;
 	bool forward = topology->edge_vertex[2 * (size_t)site->edge] ==
-		       ground->canonical.garment.face_vertex[3 * (size_t)face + from];
+		       ground->base->canonical.garment.face_vertex[3 * (size_t)face + from];
 	struct place place = {.face = face, .distance = site->place.distance};
 	place.barycentric[from] = forward ? 1 - site->along : site->along;
 	place.barycentric[to] = forward ? site->along : 1 - site->along;
@@ -118,7 +87,7 @@ static struct place place_on_edge(const struct ground *ground, const struct site
 
 static void renumber_vertex(const struct ground *ground, const uint32_t *vertex_face, struct site *site)
 {
-	const struct canonical *canonical = &ground->canonical;
+	const struct canonical *canonical = &ground->base->canonical;
 	site->vertex = canonical->vertex_of[site->vertex];
 	site->place.face = vertex_face[site->vertex];
 	for (uint32_t k = 0; k < 3; k++)
@@ -128,7 +97,7 @@ static void renumber_vertex(const struct ground *ground, const uint32_t *vertex_
 
 static void renumber_edge(const struct ground *ground, struct site *site)
 {
-	const struct canonical *canonical = &ground->canonical;
+	const struct canonical *canonical = &ground->base->canonical;
 	uint32_t first = canonical->vertex_of[ground->asked->topology->edge_vertex[2 * (size_t)site->edge]];
 	site->edge = canonical->edge_of[site->edge];
 	site->along = round_share(site->along);
@@ -145,7 +114,7 @@ static void renumber_edge(const struct ground *ground, struct site *site)
 
 static void renumber_face(const struct ground *ground, struct site *site)
 {
-	const struct canonical *canonical = &ground->canonical;
+	const struct canonical *canonical = &ground->base->canonical;
 	struct place place = {.face = canonical->face_of[site->place.face], .distance = site->place.distance};
 	canonical_weights(canonical, place.face, site->place.barycentric, place.barycentric);
 	for (uint32_t k = 0; k < 2; k++)
@@ -214,7 +183,7 @@ static int compare_sites(const void *a, const void *b)
 enum tw_status ground_take_sites(const struct ground *ground, struct arena *arena, struct site_set *sites,
 				 struct tw_error *error)
 {
-	const struct garment *garment = &ground->canonical.garment;
+	const struct garment *garment = &ground->base->canonical.garment;
 	const uint32_t terminals = ground->asked->request->terminal_count;
 	const struct arena_mark mark = arena_mark(arena);
 	uint32_t *vertex_face = ARENA_ARRAY(arena, garment->vertex_count, uint32_t);
@@ -242,7 +211,7 @@ enum tw_status ground_take_sites(const struct ground *ground, struct arena *aren
 struct place ground_asked_place(const struct ground *ground, const struct place *place)
 {
 	struct place asked = *place;
-	asked.face = ground->canonical.face[place->face];
-	canonical_original_weights(&ground->canonical, place->face, place->barycentric, asked.barycentric);
+	asked.face = ground->base->canonical.face[place->face];
+	canonical_original_weights(&ground->base->canonical, place->face, place->barycentric, asked.barycentric);
 	return asked;
 }

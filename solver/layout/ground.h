@@ -4,15 +4,14 @@
 #ifndef SOLVER_LAYOUT_GROUND_H
 #define SOLVER_LAYOUT_GROUND_H
 
-#include "solver/field/field.h"
-#include "solver/garment/canonical.h"
+#include "solver/layout/base.h"
 #include "solver/layout/input.h"
 #include "solver/layout/terminals.h"
 
 struct ground {
 	const struct layout_input *asked; /* borrowed: the caller's numbers */
-	struct canonical canonical;
-	struct field field;
+	const struct layout_base *base;   /* the caller's, or `own` */
+	struct layout_base own;
 	struct field_constraints found;
 	const struct field_constraints *constraints; /* `found`, or NULL without any */
 	struct layout_input input;                   /* the caller's, but garment, topology and field are these */

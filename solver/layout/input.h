@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 struct field;
+struct layout_base;
 struct layout_trees;
 struct motion_reader;
 struct steiner_warm;
@@ -26,7 +27,8 @@ struct layout_progress {
 struct layout_input {
 	const struct garment *garment;
 	const struct topology *topology;
-	const struct field *field; /* of this garment */
+	const struct field *field;      /* of this garment */
+	const struct layout_base *base; /* of this garment and field; NULL: made for this layout */
 	const struct layout_request *request;
 	const char *const *motion_name; /* [motion_count] for the report; may be NULL when motion_count is 0 */
 	uint32_t motion_count;          /* the field's; 0 where nothing is asked of them */

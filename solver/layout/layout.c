@@ -24,8 +24,6 @@ struct job {
 	const struct layout_input *input; /* the ground's */
 	struct arena *arena;
 	struct ground ground;
-	const struct locator *locator;
-	struct outline outline;
 	struct arena *scratch; /* of the strips */
 	struct strip_cutter cutter;
 	struct site_set sites;
@@ -154,12 +152,8 @@ static enum tw_status prepare(struct job *job, struct tw_error *error)
 	const struct layout_input *input = job->input;
 	enum tw_status status = ground_build(&job->ground, job->arena, job->ground.asked, error);
 	if (status == TW_OK)
-		status = locator_build(&job->locator, job->arena, input->garment, error);
-	if (status == TW_OK)
-		status = outline_build(&job->outline, job->arena, input->garment, input->topology, error);
-	if (status == TW_OK)
 		status = strip_cutter_init(&job->cutter, job->arena, job->scratch, input->garment, input->topology,
-					   &job->outline, error);
+					   &job->ground.base->outline, error);
 	if (status == TW_OK)
 		status = place_sites(job, error);
 	if (status == TW_OK)
@@ -290,7 +284,7 @@ static struct metrics_input metrics_input_of(const struct job *job, const struct
 {
 	return (struct metrics_input){
 		.garment = job->input->garment,
-		.locator = job->locator,
+		.locator = job->ground.base->locator,
 		.field = job->pricing.field,
 		.branches = &solved->branches,
 		.wires = &solved->wires,
@@ -306,7 +300,7 @@ static enum tw_status draw(struct job *job, struct solved *solved, const struct 
 					     solved->tree.edge_count, 2 * rules->strip_width_mm, error);
 	if (status == TW_OK)
 		status = wires_smooth(&solved->wires, job->arena, &job->pricing.network, &solved->branches,
-				      &job->outline, job->locator, rules, costs, error);
+				      &job->ground.base->outline, job->ground.base->locator, rules, costs, error);
 	if (status == TW_OK)
 		status = strips_cut_all(&job->cutter, solved->wires.wire, solved->branches.branch_count,
 					rules->strip_width_mm, &solved->strips, error);
@@ -316,7 +310,7 @@ static enum tw_status draw(struct job *job, struct solved *solved, const struct 
 	double start = now();
 	const struct rules_input checked = {
 		.network = &job->pricing.network,
-		.locator = job->locator,
+		.locator = job->ground.base->locator,
 		.branches = &solved->branches,
 		.wires = &solved->wires,
 		.strips = solved->strips,
@@ -407,7 +401,7 @@ static enum tw_status split_by_motion(struct job *job, struct tw_error *error)
 						metrics_input_of(job, &job->baseline)};
 	const struct metrics_input *const both[2] = {&inputs[0], &inputs[1]};
 	return metrics_energies(metrics, both, job->pricing.network.baseline ? 2 : 1, job->input,
-				job->ground.canonical.face, job->arena, error);
+				job->ground.base->canonical.face, job->arena, error);
 }
 
 /* What is asked of the motions, and what they can tell. */
@@ -502,8 +496,8 @@ static enum tw_status compute(struct job *job, struct layout_output *output, str
 		.input = input,
 		.ground = &job->ground,
 		.field = job->pricing.field,
-		.outline = &job->outline,
-		.locator = job->locator,
+		.outline = &job->ground.base->outline,
+		.locator = job->ground.base->locator,
 		.sites = &job->sites,
 		.network = &job->pricing.network,
 		.rules = &job->rules,

@@ -15,13 +15,12 @@ static const double length_scale = 1024;
 /* All of a baseline's weights together. */
 static const uint64_t baseline_total = UINT64_C(1) << 61;
 
-enum { CORNER_PARTS = 3 }; /* so many pieces make a corner */
-
 /* What edges should not do. */
 enum avoidable { AVOID_CORNERS = 1, AVOID_KEEP_OUTS = 2 };
 
 struct lister {
 	struct network *network;
+	const struct layout_base *base;
 	const struct field *field;
 	const struct network_walkers *walkers;
 	unsigned avoided; /* a set of enum avoidable */
@@ -168,85 +167,45 @@ static void count_edges_first(struct lister *lister)
 	lister->network->baseline_scale = (double)an_edge;
 }
 
-static uint64_t hash_point(struct vec2 point)
-{
-	const double at[2] = {point.x + 0.0, point.y + 0.0}; /* the two zeros are one place */
-	uint64_t bits[2];
-	memcpy(bits, at, sizeof bits);
-	return splitmix(splitmix(bits[0]) ^ bits[1]);
-}
-
-/* Of a vertex on a seam all its places count, of which the order does not. */
-static void hash_nodes(const struct network *network, uint64_t *hash, uint8_t *seen)
-{
-	const struct garment *garment = network->garment;
-	for (size_t corner = 0; corner < 3 * (size_t)garment->face_count; corner++) {
-		uint32_t coord = garment->face_coord[corner];
-		if (!seen[coord])
-			hash[garment->face_vertex[corner]] += hash_point(coord_of(garment, coord));
-		seen[coord] = 1;
-	}
-	for (uint32_t i = 0; i < network->extra_count; i++) {
-		const struct site *site = &network->sites->site[network->extra_site[i]];
-		hash[garment->vertex_count + i] = hash_point(place_on_pattern(garment, &site->place));
-	}
-}
-
 uint32_t network_tie(const struct network *network, uint32_t a, uint32_t b)
 {
 	return (uint32_t)(splitmix(network->node_hash[a] + network->node_hash[b]) >> 32);
+}
+
+/* Of a node within a face or an edge, the place; of a vertex all its places. */
+static void hash_nodes(const struct network *network, const struct layout_base *base, uint64_t *hash)
+{
+	const struct garment *garment = network->garment;
+	memcpy(hash, base->vertex_hash, garment->vertex_count * sizeof *hash);
+	for (uint32_t i = 0; i < network->extra_count; i++) {
+		const struct site *site = &network->sites->site[network->extra_site[i]];
+		hash[garment->vertex_count + i] = layout_hash_point(place_on_pattern(garment, &site->place));
+	}
 }
 
 static enum tw_status break_ties(struct network *network, struct arena *arena, const struct lister *lister,
 				 struct tw_error *error)
 {
 	uint32_t *tie = ARENA_ARRAY(arena, lister->count, uint32_t);
-	uint64_t *hash = ARENA_ZEROED(arena, (size_t)network->garment->vertex_count + network->extra_count, uint64_t);
-	const struct arena_mark mark = arena_mark(arena);
-	uint8_t *seen = ARENA_ZEROED(arena, network->garment->coord_count, uint8_t);
-	if (!tie || !hash || !seen)
+	uint64_t *hash = ARENA_ARRAY(arena, (size_t)network->garment->vertex_count + network->extra_count, uint64_t);
+	if (!tie || !hash)
 		return tw_fail_memory(error);
-	hash_nodes(network, hash, seen);
+	hash_nodes(network, lister->base, hash);
 	network->node_hash = hash;
 	for (uint32_t e = 0; e < lister->count; e++)
 		tie[e] = network_tie(network, lister->ends[2 * (size_t)e], lister->ends[2 * (size_t)e + 1]);
 	network->tie = tie;
-	arena_release(arena, mark);
 	return TW_OK;
 }
 
-static double edge_length(const struct network *network, uint32_t mesh_edge)
+/* A wire may end at a corner. */
+static enum tw_status take_corners(struct network *network, const struct layout_base *base, struct arena *arena,
+				   struct tw_error *error)
 {
-	double sum = 0, sides = 0;
-	for (uint32_t side = 0; side < 2; side++) {
-		uint32_t face = network->topology->edge_face[2 * (size_t)mesh_edge + side];
-		if (face == GARMENT_NONE)
-			continue;
-		uint32_t k = network->topology->edge_side[2 * (size_t)mesh_edge + side];
-		const uint32_t *coord = &network->garment->face_coord[3 * (size_t)face];
-		sum += vec2_distance(coord_of(network->garment, coord[k]),
-				     coord_of(network->garment, coord[(k + 1) % 3]));
-		sides++;
-	}
-	return sides > 0 ? sum / sides : 0;
-}
-
-/* A vertex has a pattern position for every piece, or part of one, that meets there. */
-static enum tw_status find_corners(struct network *network, struct arena *arena, struct tw_error *error)
-{
-	const struct garment *garment = network->garment;
-	bool *corner = ARENA_ZEROED(arena, garment->vertex_count, bool);
-	uint8_t *parts = ARENA_ZEROED(arena, garment->vertex_count, uint8_t);
-	bool *seen = ARENA_ZEROED(arena, garment->coord_count, bool);
-	if (!corner || !parts || !seen)
+	bool *corner = ARENA_ARRAY(arena, network->garment->vertex_count, bool);
+	if (!corner)
 		return tw_fail_memory(error);
-	for (size_t c = 0; c < 3 * (size_t)garment->face_count; c++) {
-		uint32_t vertex = garment->face_vertex[c], coord = garment->face_coord[c];
-		if (seen[coord] || parts[vertex] == CORNER_PARTS)
-			continue;
-		seen[coord] = true;
-		corner[vertex] = ++parts[vertex] == CORNER_PARTS;
-	}
+	memcpy(corner, base->corner, network->garment->vertex_count * sizeof *corner);
 	for (uint32_t s = 0; s < network->sites->count; s++)
 		if (network->sites->site[s].kind == SITE_VERTEX)
 			corner[network->sites->site[s].vertex] = false;
@@ -263,23 +222,20 @@ static void list_mesh_edges(struct lister *lister)
 {
 	struct network *network = lister->network;
 	const struct topology *topology = network->topology;
-	double length_sum = 0;
 	lister->count = 0;
 	for (uint32_t e = 0; e < topology->edge_count; e++) {
 		const uint32_t *end = &topology->edge_vertex[2 * (size_t)e];
-		double length = edge_length(network, e);
-		length_sum += length;
 		if (lister->field->weight[e] == FIELD_FORBIDDEN || is_avoided_corner(lister, end[0]) ||
 		    is_avoided_corner(lister, end[1]))
 			continue;
 		uint32_t i = lister->count++;
 		memcpy(&lister->ends[2 * (size_t)i], end, 2 * sizeof *end);
 		lister->weight[i] = lister->field->weight[e];
-		lister->baseline[i] = length_weight(length);
+		lister->baseline[i] = length_weight(lister->base->edge_length_mm[e]);
 		lister->mesh_edge[i] = e;
 	}
 	network->mesh_edge_count = lister->count;
-	network->mean_edge_mm = topology->edge_count ? length_sum / topology->edge_count : 1;
+	network->mean_edge_mm = lister->base->mean_edge_mm;
 }
 
 /* Edges of an extra node are always allowed, whatever the overhang rule: a terminal must be reachable. */
@@ -433,14 +389,16 @@ static enum tw_status list_edges(struct lister *lister, struct arena *arena, str
 	return status;
 }
 
-enum tw_status network_build(struct network *network, struct arena *arena, const struct garment *garment,
-			     const struct topology *topology, const struct field *field, const struct site_set *sites,
+enum tw_status network_build(struct network *network, struct arena *arena, const struct layout_base *base,
+			     const struct field *field, const struct site_set *sites,
 			     const struct network_walkers *walkers, enum layout_baseline baseline,
 			     struct tw_error *error)
 {
+	const struct garment *garment = &base->canonical.garment;
+	const struct topology *topology = &base->canonical.topology;
 	*network = (struct network){.garment = garment, .topology = topology, .sites = sites};
 	uint32_t extra = sites->count * (CORNER_EDGES + PAIR_EDGES), edges = topology->edge_count + extra;
-	struct lister lister = {.network = network, .field = field, .walkers = walkers};
+	struct lister lister = {.network = network, .base = base, .field = field, .walkers = walkers};
 	lister.capacity = edges;
 	lister.ends = ARENA_ARRAY(arena, 2 * (size_t)edges, uint32_t);
 	lister.weight = ARENA_ARRAY(arena, edges, uint64_t);
@@ -453,7 +411,7 @@ enum tw_status network_build(struct network *network, struct arena *arena, const
 	    !lister.extra_site || !lister.terminal)
 		return tw_fail_memory(error);
 	network->extra_site = lister.extra_site;
-	enum tw_status status = find_corners(network, arena, error);
+	enum tw_status status = take_corners(network, base, arena, error);
 	if (status == TW_OK)
 		status = list_edges(&lister, arena, error);
 	if (status != TW_OK)

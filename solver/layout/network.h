@@ -7,6 +7,7 @@
 #include "solver/field/strip.h"
 #include "solver/garment/garment.h"
 #include "solver/graph/graph.h"
+#include "solver/layout/base.h"
 #include "solver/layout/terminals.h"
 
 #include <stdbool.h>
@@ -46,8 +47,8 @@ struct network_walkers {
 
 /* No wire passes a corner of pieces, and no edge of an extra node covers what is kept out: such edges are left out,
  * unless the terminals could not be joined without them. TW_ERROR_MEMORY, TW_ERROR_INPUT. */
-enum tw_status network_build(struct network *network, struct arena *arena, const struct garment *garment,
-			     const struct topology *topology, const struct field *field, const struct site_set *sites,
+enum tw_status network_build(struct network *network, struct arena *arena, const struct layout_base *base,
+			     const struct field *field, const struct site_set *sites,
 			     const struct network_walkers *walkers, enum layout_baseline baseline,
 			     struct tw_error *error) TW_NODISCARD;
 

@@ -93,13 +93,13 @@ enum tw_status pricing_build(struct pricing *pricing, struct arena *arena, const
 	if (status != TW_OK)
 		return status;
 	const struct network_walkers walkers = {priced, pricing->keep_out_walker};
-	status = network_build(&pricing->network, arena, input->garment, input->topology, pricing->field, sites,
-			       &walkers, (enum layout_baseline)input->request->options.baseline, error);
+	status = network_build(&pricing->network, arena, ground->base, pricing->field, sites, &walkers,
+			       (enum layout_baseline)input->request->options.baseline, error);
 	pricing->graph = &pricing->network.graph;
 	if (status != TW_OK || !pricing->has_chords)
 		return status;
 	pricing->graph = &pricing->chords.graph;
-	return chord_graph_build(&pricing->chords, arena, &pricing->network, pricing->field, &pricing->fabric, error);
+	return chord_graph_build(&pricing->chords, arena, &pricing->network, ground->base, pricing->field, error);
 }
 
 static enum tw_status fail_apart(const struct pricing *pricing, const struct steiner_tree *tree, struct tw_error *error)

@@ -75,7 +75,7 @@ static void add_indices(const struct layout_result *result, uint32_t terminal, c
 	double weights[3];
 	uint32_t face = 0;
 	if (site->kind == SITE_VERTEX) {
-		uint32_t mesh_vertex = result->ground->canonical.vertex[site->vertex];
+		uint32_t mesh_vertex = result->ground->base->canonical.vertex[site->vertex];
 		uint32_t vertex =
 			asked->kind == TERMINAL_VERTEX ? asked->vertex : garment_file_vertex(garment, mesh_vertex);
 		if (vertex != GARMENT_NONE)
@@ -244,7 +244,7 @@ static void add_path(const struct layout_result *result, const struct branch *br
 			add_inner_node(result, network_site(result->network, node), in_file, text);
 			continue;
 		}
-		uint32_t mesh_vertex = result->ground->canonical.vertex[node];
+		uint32_t mesh_vertex = result->ground->base->canonical.vertex[node];
 		uint32_t vertex = in_file ? garment_file_vertex(garment, mesh_vertex) : mesh_vertex;
 		if (vertex == GARMENT_NONE)
 			text_add(text, "null");

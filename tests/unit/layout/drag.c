@@ -1,5 +1,7 @@
-/* A designer drags a terminal: every layout from a warm state has the bytes of one from scratch. MOVES=n in the
+/* A designer drags a terminal: every layout from what is kept, a warm state and the field's base, has the
+ * bytes of one from scratch. MOVES=n in the
  * environment for more of them. */
+#include "solver/layout/base.h"
 #include "solver/layout/layout.h"
 #include "solver/splitmix.h"
 #include "solver/steiner/warm/warm.h"
@@ -17,6 +19,7 @@ enum { MOVES = 40, TERMINALS_MOST = 16, VERTICES = 3000 };
 struct desk {
 	struct arena *arena;
 	struct suit suit;
+	struct layout_base base;
 	struct steiner_warm *warm;
 	uint64_t numbers;
 	char terminal[TERMINALS_MOST][96]; /* as JSON */
@@ -42,8 +45,7 @@ static void place(struct desk *desk, uint32_t terminal, uint32_t face)
 		snprintf(text, size, "{\"face\": %u, \"barycentric\": [%s]}", face, inside[kind]);
 }
 
-static struct layout_output lay_out(struct desk *desk, struct arena *arena, struct steiner_warm *warm,
-				    const char *options)
+static struct layout_output lay_out(struct desk *desk, struct arena *arena, bool is_kept, const char *options)
 {
 	char text[TERMINALS_MOST * 100 + 200];
 	struct layout_request request;
@@ -59,7 +61,8 @@ static struct layout_output lay_out(struct desk *desk, struct arena *arena, stru
 		.topology = &desk->suit.topology,
 		.field = &desk->suit.field,
 		.request = &request,
-		.warm = warm,
+		.base = is_kept ? &desk->base : NULL,
+		.warm = is_kept ? desk->warm : NULL,
 	};
 	if (layout_compute(&input, arena, &output, &error) != TW_OK)
 		fail_msg("%s: %s\n%s", error.where, error.text, text);
@@ -92,8 +95,8 @@ static void drag(struct desk *desk, const char *options, uint32_t moves)
 	for (uint32_t i = 0; i < moves; i++) {
 		struct arena *arena = arena_new(0);
 		assert_non_null(arena);
-		const struct layout_output scratch = lay_out(desk, arena, NULL, options);
-		const struct layout_output warm = lay_out(desk, arena, desk->warm, options);
+		const struct layout_output scratch = lay_out(desk, arena, false, options);
+		const struct layout_output warm = lay_out(desk, arena, true, options);
 		expect_equal(&warm, &scratch);
 		desk->from_warm += warm.found.tree.stats.is_from_warm;
 		if (steiner_warm_is_due(desk->warm)) {
@@ -123,6 +126,9 @@ static void a_dragged_terminal_gives_the_bytes_from_scratch(void **state)
 		suit_make(&desk.suit, desk.arena, VERTICES, 0, "joints10");
 		assert_int_equal(field_weigh_chords(&desk.suit.field, desk.arena, &desk.suit.garment,
 						    &desk.suit.topology, NULL, 1, NULL, &error),
+				 TW_OK);
+		assert_int_equal(layout_base_build(&desk.base, desk.arena, &desk.suit.garment, &desk.suit.topology,
+						   &desk.suit.field, &error),
 				 TW_OK);
 		for (desk.terminal_count = 0; desk.terminal_count < 10; desk.terminal_count++)
 			place(&desk, desk.terminal_count, random_below(&desk, desk.suit.garment.face_count));

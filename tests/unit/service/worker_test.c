@@ -321,10 +321,10 @@ static void the_shares_of_the_memory_make_its_whole(void **state)
 	for (size_t i = 0; i < sizeof limits / sizeof *limits; i++)
 		for (enum job_kind kind = 0; kind < JOB_KINDS; kind++) {
 			struct work_shares shares = work_shares_of(limits[i], kind);
-			assert_true(shares.cache + shares.arena + shares.search == limits[i]);
+			assert_true(shares.cache + shares.warm + shares.arena + shares.search == limits[i]);
 		}
 	struct work_shares none = work_shares_of(0, JOB_COMPUTE_LAYOUT);
-	assert_true(!none.cache && !none.arena && !none.search);
+	assert_true(!none.cache && !none.warm && !none.arena && !none.search);
 }
 
 /* Loads a mesh and a field; how that ends is all that a job can notice of a cache. */
