@@ -314,6 +314,43 @@ enum tw_status instance_keep(struct instance *instance, struct arena *scratch, c
 	return status;
 }
 
+enum tw_status instance_part(struct instance *to, const struct instance *from, struct arena *arena, const uint8_t *keep)
+{
+	const uint32_t n = from->vertex_count, k = from->terminal_count;
+	uint32_t m = 0, count = 0;
+	for (uint32_t e = 0; e < from->edge_count; e++)
+		m += keep[e] != 0;
+	const uint32_t most =
+		m < n && k < n - m ? m + k : n; /* vertices: each part of a forest has one more than edges */
+	*to = *from;
+	if (!allocate(to, arena, most, m, k) ||
+	    !allocate_history(to, arena, from->pair_count + m, from->taken_count + most))
+		return TW_ERROR_MEMORY;
+	memcpy(to->pair, from->pair, from->pair_count * sizeof *to->pair);
+	memcpy(to->taken, from->taken, from->taken_count * sizeof *to->taken);
+	for (uint32_t e = 0; e < from->edge_count; e++) {
+		if (!keep[e])
+			continue;
+		to->ends[2 * count] = from->ends[2 * e];
+		to->ends[2 * count + 1] = from->ends[2 * e + 1];
+		to->weight[count] = from->weight[e];
+		to->origin[count++] = from->origin[e];
+	}
+	const struct arena_mark mark = arena_mark(arena);
+	uint32_t *number = ARENA_ARRAY(arena, n, uint32_t);
+	if (number)
+		renumber(to,
+			 &(struct instance_edit){.edge_count = m,
+						 .ends = to->ends,
+						 .weight = to->weight,
+						 .origin = to->origin,
+						 .terminal_count = k,
+						 .terminal = from->terminal},
+			 NULL, number);
+	arena_release(arena, mark);
+	return number ? TW_OK : TW_ERROR_MEMORY;
+}
+
 enum tw_status instance_expand(const struct instance *instance, struct arena *scratch, const uint32_t *edges,
 			       uint32_t edge_count, uint32_t *leaves, uint32_t *leaf_count)
 {

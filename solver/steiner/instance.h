@@ -88,6 +88,11 @@ enum tw_status instance_keep(struct instance *instance, struct arena *scratch, c
 /* Copies what stages change: `to` can be shrunk, joined and taken from while `from` stays. */
 enum tw_status instance_copy(struct instance *to, const struct instance *from, struct arena *arena) TW_NODISCARD;
 
+/* Copies the edges with keep[edge] != 0, the vertices that they or a terminal use, and the history; `to` is allocated
+ * for no more than that. */
+enum tw_status instance_part(struct instance *to, const struct instance *from, struct arena *arena,
+			     const uint8_t *keep) TW_NODISCARD;
+
 /* The caller's edges behind the given edges of the instance and the taken origins, each once, unordered. `leaves`: a
  * buffer of origin_leaf_count entries. Returns how many there are. TW_ERROR_MEMORY only. */
 enum tw_status instance_expand(const struct instance *instance, struct arena *scratch, const uint32_t *edges,

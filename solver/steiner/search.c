@@ -43,7 +43,7 @@ void search_init(struct search *search, const struct graph *graph, const uint32_
 static void report(struct search *search, double now_s)
 {
 	search->last_progress_s = now_s;
-	if (!search->options->progress)
+	if (!search->options->progress || search->is_part)
 		return;
 	struct steiner_progress progress = {
 		.weight = search->best_weight,
@@ -292,4 +292,29 @@ bool search_is_proven(const struct search *search)
 bool search_is_lightest(const struct search *search)
 {
 	return search->best_fine != FINE_MAX && search->lower_bound >= search->best_weight;
+}
+
+enum tw_status search_open_part(struct search *part, const struct search *whole, const uint8_t *keep,
+				struct steiner_stats *stats)
+{
+	*part = *whole;
+	part->is_part = true;
+	part->stats = stats;
+	part->best_edges = ARENA_ARRAY(whole->arena, whole->graph->vertex_count, uint32_t);
+	if (!part->best_edges)
+		return TW_ERROR_MEMORY;
+	memcpy(part->best_edges, whole->best_edges, whole->best_count * sizeof *part->best_edges);
+	return instance_part(&part->instance, &whole->instance, whole->arena, keep);
+}
+
+enum tw_status search_close_part(const struct search *part, struct search *whole)
+{
+	whole->work = part->work;
+	whole->stop = part->stop;
+	whole->met_clock |= part->met_clock;
+	whole->last_progress_s = part->last_progress_s;
+	whole->next_poll = whole->stop ? 0 : whole->work;
+	if (part->best_fine >= whole->best_fine)
+		return TW_OK;
+	return search_offer_leaves(whole, part->best_edges, part->best_count);
 }

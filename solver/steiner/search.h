@@ -31,6 +31,7 @@ struct search {
 	uint64_t next_poll;  /* work at which clock and `cancelled` are asked again */
 	uint64_t budget_end; /* work at which the stage must give up, though the search goes on; 0: none */
 	double started_s, last_progress_s;
+	bool is_part;           /* its bounds hold for a part of the caller's graph: nothing is reported */
 	bool has_pivoted;       /* a linear program had a part in the search */
 	bool met_clock;         /* so had the clock or the caller's `cancelled` */
 	enum search_stop stop;  /* why the stages must come to an end */
@@ -81,6 +82,15 @@ static inline bool search_breaks_ties(const struct search *search)
 {
 	return search->instance.ties != NULL;
 }
+
+/* Begins a search of its own, to find trees, in the part of the instance that the edges with keep[edge] != 0 make,
+ * which must connect the terminals. It starts with the best tree, has the same limits, and proves nothing about the
+ * whole. `stats` is its own. Everything is allocated from the arena. */
+enum tw_status search_open_part(struct search *part, const struct search *whole, const uint8_t *keep,
+				struct steiner_stats *stats) TW_NODISCARD;
+
+/* Ends it: counts its work, and takes its best tree over if that is better. */
+enum tw_status search_close_part(const struct search *part, struct search *whole) TW_NODISCARD;
 
 /* Monotonic clock: for limits, progress and statistics only. */
 double search_clock_s(void);

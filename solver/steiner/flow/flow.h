@@ -44,8 +44,8 @@ size_t flow_members(const struct flow *flow);
 uint64_t flow_work(const struct flow *flow);
 uint64_t flow_split_work(const struct flow *flow);
 
-/* The share of each edge's cost that the flow has a price on, 0 to 1: near 1 where trees of the optimum run. cost
- * [edge_count of search->instance] becomes the weights less most of that share: for a heuristic. */
-void flow_prices(const struct flow *flow, const struct search *search, fine_t *cost);
+/* The share of each edge's cost that the flow has a price on is 0 to 1: near 1 where trees of the optimum run, and 0 on
+ * most edges. Marks the edges of search->instance of which it is above `least`: keep[edge] becomes 1, or stays. */
+void flow_mark_used(const struct flow *flow, const struct search *search, float least, uint8_t *keep);
 
 #endif

@@ -112,15 +112,13 @@ enum tw_status flow_split(struct flow *flow, struct search *search, struct dual 
 	return status == TW_OK ? dual_extend(dual, search) : status;
 }
 
-void flow_prices(const struct flow *flow, const struct search *search, fine_t *cost)
+void flow_mark_used(const struct flow *flow, const struct search *search, float least, uint8_t *keep)
 {
 	const struct instance *instance = &search->instance;
 	for (uint32_t e = 0, i = 0; e < instance->edge_count; e++, i++) {
 		while (flow->origin[i] != instance->origin[e])
 			i++;
 		const struct flow_price price = flow->price[flow->slot[i]];
-		const float used = flow->omega * (price.forward + price.backward);
-		const uint32_t part = (uint32_t)(1004 * (used < 1 ? used : 1)); /* 98 per cent of 1024 */
-		cost[e] = instance->weight[e] / 1024 * (1024 - part) + 1;
+		keep[e] |= flow->omega * (price.forward + price.backward) > least;
 	}
 }

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-enum { CASES = 100000, MESHES = 3900, FEATURES = 13, VARIANTS = FEATURES + 2 };
+enum { CASES = 100000, MESHES = 3900, FEATURES = 14, VARIANTS = FEATURES + 2 };
 
 /* The oracle takes time that triples with every terminal: most cases have few. */
 enum { FEW = 7, MANY = 14, ONE_IN = 61, ONE_MESH_IN = 101 };

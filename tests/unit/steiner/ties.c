@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-enum { CASES = 12000, MESHES = 300, SHUFFLES = 3000, TIE_BITS = 20, FEATURES = 13 };
+enum { CASES = 12000, MESHES = 300, SHUFFLES = 3000, TIE_BITS = 20, FEATURES = 14 };
 
 struct answer {
 	struct steiner_tree tree;
