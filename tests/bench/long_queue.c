@@ -5,34 +5,12 @@
 #include "storage/resources.h"
 
 #include "tests/bench/bench.h"
+#include "tests/bench/fill_queue.h"
 
-#include <sqlite3.h>
 #include <string.h>
 #include <unistd.h>
 
-enum { FEW = 100, MANY = 1000000, ROUNDS = 200 };
-
-/* Layouts, every thousandth of them failed, cancelled or done; and one recording behind them all. */
-static int fill(const char *path, int jobs)
-{
-	char text[1024];
-	sqlite3 *db = NULL;
-	snprintf(text, sizeof text,
-		 "PRAGMA synchronous = OFF; BEGIN;"
-		 "WITH RECURSIVE i(n) AS (VALUES (1) UNION ALL SELECT n + 1 FROM i WHERE n <= %d)"
-		 " INSERT INTO resource(id, kind, name, options, created_ms)"
-		 " SELECT 'layout_' || n, CASE WHEN n > %d THEN %d ELSE %d END, '', '{}', n FROM i;"
-		 "INSERT INTO job(id, resource, kind, state, attempts_max, created_ms)"
-		 " SELECT 'job_' || number, number, CASE kind WHEN %d THEN %d ELSE %d END,"
-		 " CASE WHEN number %% 1000 IN (2, 3, 4) THEN number %% 1000 ELSE 0 END, 3, number FROM resource;"
-		 "COMMIT; PRAGMA wal_checkpoint(TRUNCATE)",
-		 jobs, jobs, RESOURCE_RECORDING, RESOURCE_LAYOUT, RESOURCE_RECORDING, JOB_RECORD, JOB_COMPUTE_LAYOUT);
-	int code = sqlite3_open(path, &db);
-	if (code == SQLITE_OK)
-		code = sqlite3_exec(db, text, NULL, NULL, NULL);
-	sqlite3_close(db);
-	return code;
-}
+enum { FEW = 100, MANY = 1000000, CLIENTS = 20, ROUNDS = 200 };
 
 struct times {
 	double claim, rig, idle, failed, queued, count, submit;
@@ -106,7 +84,7 @@ static int measure(const char *folder, int jobs, struct times *times)
 	struct store *store = NULL;
 	snprintf(path, sizeof path, "%s/%d.db", folder, jobs);
 	snprintf(url, sizeof url, "sqlite:%s", path);
-	int failed = store_open(&store, url, NULL) != TW_OK || fill(path, jobs) != SQLITE_OK;
+	int failed = store_open(&store, url, NULL) != TW_OK || fill_queue(path, jobs, CLIENTS, JOB_NORMAL) != SQLITE_OK;
 	MEASURE(claim, claim_and_release(store, JOB_KINDS_ALL & ~JOB_KIND_BIT(JOB_RECORD)));
 	MEASURE(rig, claim_and_release(store, JOB_KIND_BIT(JOB_RECORD)));
 	MEASURE(idle, look(store));
