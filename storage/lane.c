@@ -29,8 +29,7 @@ static enum tw_status read_share(struct store *store, int64_t number, struct sha
 /* Where the first of the open shares is; `own` where there is none. */
 static enum tw_status first_turn(struct store *store, const struct share *share, int64_t *turn, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT turn FROM share INDEXED BY share_open WHERE pool = ? AND class = ?"
-					" AND open = 1 ORDER BY turn LIMIT 1");
+	struct sql q = sql_query(store, "SELECT turn FROM turn WHERE pool = ? AND class = ? ORDER BY turn LIMIT 1");
 	sql_bind_int(&q, share->pool);
 	sql_bind_int(&q, share->class);
 	*turn = sql_step(&q) ? sql_int(&q) : share->turn;
@@ -49,8 +48,15 @@ static enum tw_status open_share(struct store *store, int64_t number, struct tw_
 	if (status != TW_OK)
 		return status;
 	int64_t last = first + LANE_TURN / share.weight;
-	struct sql q = sql_query(store, "UPDATE share SET open = 1, turn = ? WHERE number = ?");
+	struct sql q = sql_query(store, "INSERT INTO turn(pool, class, turn, share) VALUES (?, ?, ?, ?)");
+	sql_bind_int(&q, share.pool);
+	sql_bind_int(&q, share.class);
 	sql_bind_int(&q, share.turn < first ? first : share.turn > last ? last : share.turn);
+	sql_bind_int(&q, number);
+	status = sql_run(&q, NULL, error);
+	if (status != TW_OK)
+		return status;
+	q = sql_query(store, "UPDATE share SET open = 1 WHERE number = ?");
 	sql_bind_int(&q, number);
 	return sql_run(&q, NULL, error);
 }

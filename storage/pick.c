@@ -5,6 +5,8 @@
 #include "storage/job_sql.h"
 #include "storage/lane.h"
 
+#include <string.h>
+
 enum {
 	REPAIRS_MAX = 64, /* in one transaction: a write lock of less than a millisecond */
 	LANES_MAX = 32,   /* of a share that are looked at: more hold nothing that the worker may do, or has room for */
@@ -38,11 +40,22 @@ static enum tw_status set_head(struct store *store, int64_t lane, int64_t priori
 	return sql_run(&q, NULL, error);
 }
 
-static enum tw_status close_if_empty(struct store *store, int64_t share, struct tw_error *error)
+static enum tw_status close_if_empty(struct store *store, const struct pick *pick, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "UPDATE share SET open = 0 WHERE number = ?1 AND NOT EXISTS (SELECT 1 FROM lane"
-					" INDEXED BY lane_open WHERE share = ?1 AND head_number > 0 AND blocked = 0)");
-	sql_bind_int(&q, share);
+	int64_t closed = 0;
+	struct sql q = sql_query(store, "DELETE FROM turn WHERE pool = ?1 AND class = ?2 AND turn = ?3 AND share = ?4"
+					" AND NOT EXISTS (SELECT 1 FROM lane INDEXED BY lane_open WHERE lane.share = ?4"
+					" AND head_number > 0 AND blocked = 0)");
+	sql_bind_int(&q, pick->pool);
+	sql_bind_int(&q, pick->class);
+	sql_bind_int(&q, pick->turn);
+	sql_bind_int(&q, pick->share);
+	enum tw_status status = sql_run(&q, &closed, error);
+	if (status != TW_OK || !closed)
+		return status;
+	q = sql_query(store, "UPDATE share SET open = 0, turn = ? WHERE number = ?");
+	sql_bind_int(&q, pick->turn);
+	sql_bind_int(&q, pick->share);
 	return sql_run(&q, NULL, error);
 }
 
@@ -187,64 +200,79 @@ static bool is_wanted(const struct search *s, const struct lane_head *lane)
 	return lane->kind >= 0 && lane->kind < JOB_KINDS && s->query->kinds >> lane->kind & 1;
 }
 
-static enum tw_status search_lanes(struct search *s, int64_t share, struct tw_error *error)
+static enum tw_status search_lanes(struct search *s, struct tw_error *error)
 {
 	struct lane_head lanes[LANES_MAX];
 	size_t count = 0;
 	s->again = false;
-	enum tw_status status = read_lanes(s->store, share, lanes, &count, error);
+	enum tw_status status = read_lanes(s->store, s->pick->share, lanes, &count, error);
 	if (status == TW_OK && count == 0 && may_repair(s))
-		return close_if_empty(s->store, share, error);
+		return close_if_empty(s->store, s->pick, error);
 	for (size_t i = 0; status == TW_OK && i < count && !s->pick->job && !s->again; i++)
 		if (is_wanted(s, &lanes[i]))
 			status = search_lane(s, &lanes[i], i + 1 < count ? &lanes[i + 1] : NULL, error);
 	return status;
 }
 
-static enum tw_status search_share(struct search *s, int64_t share, struct tw_error *error)
+static enum tw_status search_share(struct search *s, struct tw_error *error)
 {
 	enum tw_status status = TW_OK;
-	s->pick->share = share;
 	do
-		status = search_lanes(s, share, error);
+		status = search_lanes(s, error);
 	while (status == TW_OK && s->again && !s->pick->job);
 	return status;
 }
 
-/* --- a class ---------------------------------------------------------------------------------------------------- */
+/* --- classes ---------------------------------------------------------------------------------------------------- */
 
-/* Behind the share (turn, number). `rivals`: whether there is another one behind this. */
-static enum tw_status next_share(struct search *s, int64_t turn, int64_t number, int64_t *share, bool *rivals,
-				 struct tw_error *error)
+/* The open share behind class, turn and share of the pick takes their place there; its class is JOB_CLASSES_END where
+ * there is none. */
+static enum tw_status next_share(struct search *s, struct tw_error *error)
 {
-	struct sql q = sql_query(s->store, "SELECT number, turn FROM share INDEXED BY share_open WHERE pool = ?"
-					   " AND class = ? AND open = 1 AND (turn, number) > (?, ?)"
-					   " ORDER BY turn, number LIMIT 2");
-	sql_bind_int(&q, s->pick->pool);
-	sql_bind_int(&q, s->pick->class);
-	sql_bind_int(&q, turn);
-	sql_bind_int(&q, number);
-	*share = 0;
-	if (sql_step(&q)) {
-		*share = sql_int(&q);
-		s->pick->turn = sql_int(&q);
+	struct pick *pick = s->pick;
+	struct sql q = sql_query(s->store, "SELECT class, turn, share FROM turn WHERE pool = ?"
+					   " AND (class, turn, share) > (?, ?, ?) ORDER BY class, turn, share LIMIT 2");
+	sql_bind_int(&q, pick->pool);
+	sql_bind_int(&q, pick->class);
+	sql_bind_int(&q, pick->turn);
+	sql_bind_int(&q, pick->share);
+	enum job_class class = sql_step(&q) ? (enum job_class)sql_int(&q) : JOB_CLASSES_END;
+	if (class != JOB_CLASSES_END) {
+		pick->turn = sql_int(&q);
+		pick->share = sql_int(&q);
+		pick->has_rivals = sql_step(&q) && sql_int(&q) == (int64_t) class;
 	}
-	*rivals = *share && sql_step(&q);
+	pick->has_skipped = pick->has_skipped && pick->class == class;
+	pick->class = class;
 	return sql_end(&q, error);
 }
 
-static enum tw_status search_class(struct search *s, struct tw_error *error)
+/* Before the first of the class. */
+static void go_to(struct pick *pick, enum job_class class)
 {
-	int64_t share = 0, turn = -1;
-	s->pick->has_skipped = false;
+	pick->class = class;
+	pick->turn = -1;
+	pick->share = 0;
+	pick->has_skipped = false;
+}
+
+/* `classes`: JOB_CLASS_BIT… */
+static enum tw_status search_classes(struct search *s, unsigned classes, struct tw_error *error)
+{
+	struct pick *pick = s->pick;
+	go_to(pick, JOB_INTERACTIVE);
 	for (;;) {
-		enum tw_status status = next_share(s, turn, share, &share, &s->pick->has_rivals, error);
-		if (status == TW_OK && share)
-			status = search_share(s, share, error);
-		if (status != TW_OK || !share || s->pick->job)
+		enum tw_status status = next_share(s, error);
+		if (status != TW_OK || pick->class >= JOB_CLASSES_END)
 			return status;
-		s->pick->has_skipped = true;
-		turn = s->pick->turn;
+		if (!(classes & JOB_CLASS_BIT(pick->class))) {
+			go_to(pick, pick->class + 1);
+			continue;
+		}
+		status = search_share(s, error);
+		if (status != TW_OK || pick->job)
+			return status;
+		pick->has_skipped = true;
 	}
 }
 
@@ -253,29 +281,18 @@ static unsigned classes_of(const struct claim_query *query)
 	return query->classes ? query->classes & JOB_CLASSES_ALL : JOB_CLASSES_ALL;
 }
 
-static enum tw_status search_in_order(struct search *s, struct tw_error *error)
-{
-	enum tw_status status = TW_OK;
-	for (enum job_class class = JOB_INTERACTIVE; status == TW_OK && class < JOB_CLASSES_END && !s->pick->job;
-	     class ++) {
-		s->pick->class = class;
-		if (classes_of(s->query) & JOB_CLASS_BIT(class))
-			status = search_class(s, error);
-	}
-	return status;
-}
-
 /* --- classes that were passed over ------------------------------------------------------------------------------ */
 
 /* Of the pool: how often each was passed over since its last turn. */
-static enum tw_status read_passes(struct search *s, int64_t passes[JOB_CLASSES_END], struct tw_error *error)
+static enum tw_status read_passes(struct search *s, struct tw_error *error)
 {
 	struct sql q = sql_query(s->store, "SELECT class, passed FROM class_turn WHERE pool = ? AND passed > 0");
 	sql_bind_int(&q, s->pick->pool);
+	memset(s->pick->passes, 0, sizeof s->pick->passes);
 	while (sql_step(&q)) {
 		int64_t class = sql_int(&q);
 		if (class >= 0 && class < JOB_CLASSES_END)
-			passes[class] = sql_int(&q);
+			s->pick->passes[class] = sql_int(&q);
 	}
 	return sql_end(&q, error);
 }
@@ -283,21 +300,17 @@ static enum tw_status read_passes(struct search *s, int64_t passes[JOB_CLASSES_E
 /* Its turn has come, whoever is there besides; the last class before others. */
 static enum tw_status search_overdue(struct search *s, struct tw_error *error)
 {
-	int64_t passes[JOB_CLASSES_END] = {0};
-	enum tw_status status = read_passes(s, passes, error);
-	for (enum job_class class = JOB_BATCH; status == TW_OK && class > JOB_INTERACTIVE && !s->pick->job; class --) {
-		s->pick->class = class;
-		if (passes[class] >= PICK_PASSES_MAX && classes_of(s->query) & JOB_CLASS_BIT(class))
-			status = search_class(s, error);
-	}
+	enum tw_status status = read_passes(s, error);
+	for (enum job_class class = JOB_BATCH; status == TW_OK && class > JOB_INTERACTIVE && !s->pick->job; class --)
+		if (s->pick->passes[class] >= PICK_PASSES_MAX)
+			status = search_classes(s, classes_of(s->query) & JOB_CLASS_BIT(class), error);
 	return status;
 }
 
 static enum tw_status is_waiting(struct store *store, const struct pick *pick, enum job_class class, bool *waiting,
 				 struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT 1 FROM share INDEXED BY share_open WHERE pool = ? AND class = ?"
-					" AND open = 1 LIMIT 1");
+	struct sql q = sql_query(store, "SELECT 1 FROM turn WHERE pool = ? AND class = ? LIMIT 1");
 	sql_bind_int(&q, pick->pool);
 	sql_bind_int(&q, class);
 	*waiting = sql_step(&q);
@@ -326,9 +339,9 @@ static enum tw_status count_passes(struct store *store, const struct claim_query
 
 static enum tw_status forget_passes(struct store *store, const struct pick *pick, struct tw_error *error)
 {
-	if (pick->class == JOB_INTERACTIVE)
+	if (!pick->passes[pick->class])
 		return TW_OK;
-	struct sql q = sql_query(store, "UPDATE class_turn SET passed = 0 WHERE pool = ? AND class = ? AND passed > 0");
+	struct sql q = sql_query(store, "UPDATE class_turn SET passed = 0 WHERE pool = ? AND class = ?");
 	sql_bind_int(&q, pick->pool);
 	sql_bind_int(&q, pick->class);
 	return sql_run(&q, NULL, error);
@@ -354,7 +367,7 @@ static enum tw_status search(struct search *s, struct tw_error *error)
 		if (s->may_write)
 			status = search_overdue(s, error);
 		if (status == TW_OK && !s->pick->job)
-			status = search_in_order(s, error);
+			status = search_classes(s, classes_of(s->query), error);
 	}
 	return status;
 }
@@ -379,19 +392,25 @@ enum tw_status pick_find(struct store *store, const struct claim_query *query, u
 /* Those that had nothing to be claimed come in again where this one was. */
 static enum tw_status catch_up(struct store *store, const struct pick *pick, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "UPDATE share SET turn = ?3 WHERE pool = ?1 AND class = ?2 AND open = 1"
-					" AND turn < ?3");
+	struct sql q = sql_query(store, "UPDATE turn SET turn = ?3 WHERE pool = ?1 AND class = ?2 AND turn < ?3");
 	sql_bind_int(&q, pick->pool);
 	sql_bind_int(&q, pick->class);
 	sql_bind_int(&q, pick->turn);
 	return sql_run(&q, NULL, error);
 }
 
-static enum tw_status take_turn(struct store *store, const struct pick *pick, struct tw_error *error)
+static enum tw_status take_turn(struct store *store, struct pick *pick, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "UPDATE share SET turn = turn + ? / weight WHERE number = ?");
-	sql_bind_int(&q, LANE_TURN);
+	struct sql q =
+		sql_query(store, "UPDATE turn SET turn = turn + ?5 / (SELECT weight FROM share WHERE number = ?4)"
+				 " WHERE pool = ?1 AND class = ?2 AND turn = ?3 AND share = ?4 RETURNING turn");
+	sql_bind_int(&q, pick->pool);
+	sql_bind_int(&q, pick->class);
+	sql_bind_int(&q, pick->turn);
 	sql_bind_int(&q, pick->share);
+	sql_bind_int(&q, LANE_TURN);
+	if (sql_step(&q))
+		pick->turn = sql_int(&q);
 	return sql_run(&q, NULL, error);
 }
 
@@ -402,7 +421,7 @@ static enum tw_status note_passed(struct store *store, int64_t job, struct tw_er
 	return sql_run(&q, NULL, error);
 }
 
-enum tw_status pick_taken(struct store *store, const struct claim_query *query, const struct pick *pick,
+enum tw_status pick_taken(struct store *store, const struct claim_query *query, struct pick *pick,
 			  struct tw_error *error)
 {
 	enum tw_status status = count_passes(store, query, pick, error);
@@ -417,5 +436,5 @@ enum tw_status pick_taken(struct store *store, const struct claim_query *query, 
 	if (status != TW_OK || !pick->is_last)
 		return status;
 	status = set_head(store, pick->lane, 0, 0, error);
-	return status == TW_OK ? close_if_empty(store, pick->share, error) : status;
+	return status == TW_OK ? close_if_empty(store, pick, error) : status;
 }

@@ -14,10 +14,10 @@ struct pick {
 	int64_t passed; /* the job that another is preferred to; 0: none */
 	enum job_pool pool;
 	enum job_class class;
-	bool is_last;     /* of its lane */
-	bool has_rivals;  /* other shares of the class are open */
-	bool has_skipped; /* some of them had an earlier turn, but nothing that could be claimed */
-	unsigned waiting; /* JOB_CLASS_BIT…: later classes that are passed over */
+	bool is_last;                    /* of its lane */
+	bool has_rivals;                 /* other shares of the class are open */
+	bool has_skipped;                /* some of them had an earlier turn, but nothing that could be claimed */
+	int64_t passes[JOB_CLASSES_END]; /* how often each class was passed over before */
 	/* What was written down promised more than there was. Then nothing may have been found though there is
 	 * something: it is corrected within a transaction, a bounded number of steps at a time. */
 	bool stale;
@@ -34,7 +34,7 @@ enum tw_status pick_find(struct store *store, const struct claim_query *query, u
 			 struct tw_error *error) TW_NODISCARD;
 
 /* The job has been taken: what follows for the others' turns. */
-enum tw_status pick_taken(struct store *store, const struct claim_query *query, const struct pick *pick,
+enum tw_status pick_taken(struct store *store, const struct claim_query *query, struct pick *pick,
 			  struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -11,11 +11,20 @@ const char schema_queue[] =
 	"	pool INTEGER NOT NULL,"   /* enum job_pool */
 	"	class INTEGER NOT NULL,"  /* enum job_class */
 	"	weight INTEGER NOT NULL DEFAULT 1 CHECK (weight > 0),"
-	"	turn INTEGER NOT NULL DEFAULT 0," /* the lowest is next; grows with what it is given */
-	"	open INTEGER NOT NULL DEFAULT 0," /* 0: none of its lanes is open; 1: one may be */
+	"	open INTEGER NOT NULL DEFAULT 0," /* 0: none of its lanes is open; 1: one may be, and it stands in turn
+						   */
+	"	turn INTEGER NOT NULL DEFAULT 0," /* where it was when it stood there last */
 	"	UNIQUE (tenant, client, pool, class)"
 	") STRICT;"
-	"CREATE INDEX share_open ON share(pool, class, turn, number) WHERE open = 1;"
+
+	/* Open shares, the next one first. A table of its own, because every claim writes it: one page. */
+	"CREATE TABLE turn("
+	"	pool INTEGER NOT NULL,"
+	"	class INTEGER NOT NULL,"
+	"	turn INTEGER NOT NULL," /* grows with what the share is given */
+	"	share INTEGER NOT NULL,"
+	"	PRIMARY KEY (pool, class, turn, share)"
+	") STRICT, WITHOUT ROWID;"
 
 	/* Jobs that run so many at a time. */
 	"CREATE TABLE job_group("
@@ -87,6 +96,7 @@ const char schema_queue_jobs[] =
 	/* Nobody said who had asked: all that is there is of one client. The heads come before all that is ready. */
 	"INSERT INTO share(tenant, client, pool, class, open)"
 	" SELECT DISTINCT 1, 0, CASE kind WHEN 4 THEN 1 ELSE 0 END, 2, 1 FROM job;"
+	"INSERT INTO turn SELECT pool, class, turn, number FROM share;"
 	"INSERT INTO lane(share, kind, head_priority, head_number) SELECT s.number, k.kind, 2147483647, 1"
 	" FROM (SELECT DISTINCT kind FROM job) k JOIN share s ON s.pool = CASE k.kind WHEN 4 THEN 1 ELSE 0 END;"
 	"UPDATE job SET lane = (SELECT number FROM lane WHERE lane.kind = job.kind);"

@@ -188,8 +188,11 @@ static enum tw_status let_go_of_uploads(struct store *store, int64_t tenant, int
 static enum tw_status remove_rest(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
 {
 	static const char *const texts[] = {
-		"DELETE FROM share WHERE tenant = ?", "DELETE FROM job_group WHERE tenant = ?",
-		"DELETE FROM job_count WHERE tenant = ?", "DELETE FROM api_key WHERE tenant = ?",
+		"DELETE FROM turn WHERE share IN (SELECT number FROM share WHERE tenant = ?)",
+		"DELETE FROM share WHERE tenant = ?",
+		"DELETE FROM job_group WHERE tenant = ?",
+		"DELETE FROM job_count WHERE tenant = ?",
+		"DELETE FROM api_key WHERE tenant = ?",
 		"DELETE FROM tenant WHERE number = ?"};
 	enum tw_status status = TW_OK;
 	for (size_t i = 0; status == TW_OK && i < sizeof texts / sizeof *texts; i++) {

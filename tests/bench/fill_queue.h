@@ -15,6 +15,7 @@ static inline int fill_queue(const char *path, int jobs, int clients, enum job_c
 		"WITH RECURSIVE i(n) AS (VALUES (1) UNION ALL SELECT n + 1 FROM i, p WHERE n < clients)"
 		" INSERT INTO share(number, tenant, client, pool, class, open) SELECT n, 1, n, 0, class, 1 FROM i, p;"
 		"INSERT INTO share(number, tenant, client, pool, class, open) SELECT clients + 1, 1, 0, 1, 2, 1 FROM p;"
+		"INSERT INTO turn SELECT pool, class, turn, number FROM share;"
 		"INSERT INTO lane(number, share, kind, head_priority, head_number)"
 		" SELECT number, number, CASE pool WHEN 1 THEN record ELSE compute END, 2147483647, 1 FROM share, p;"
 		"WITH RECURSIVE i(n) AS (VALUES (1) UNION ALL SELECT n + 1 FROM i, p WHERE n <= jobs)"

@@ -20,11 +20,11 @@ enum { JOBS = 100000, CLIENTS = 100, CLAIMS = 500, ROUNDS = 8 };
  * does besides (whether a lease has run out, whether there is room, one look without the lock) is as it is today. */
 static int make_plain(const char *path)
 {
-	sqlite3 *db = NULL;
+	struct connection connection = {0};
 	char text[1024];
-	int code = sqlite3_open(path, &db);
-	if (code == SQLITE_OK && schema_migrate(db, 4, NULL) != TW_OK)
-		code = SQLITE_ERROR;
+	if (connection_open(&connection, path, NULL) != TW_OK || connection_set_up(&connection, 0, NULL) != TW_OK ||
+	    schema_migrate(connection.db, 4, NULL) != TW_OK)
+		return 1;
 	snprintf(text, sizeof text,
 		 "DROP INDEX job_claimable;"
 		 "CREATE INDEX job_claimable ON job(priority DESC, number)"
@@ -35,13 +35,12 @@ static int make_plain(const char *path)
 		 " SELECT 'layout_' || n, %d, '', '{}', n FROM i;"
 		 "INSERT INTO job(id, resource, kind, attempts_max, created_ms)"
 		 " SELECT 'job_' || number, number, %d, 3, number FROM resource;"
-		 "COMMIT; PRAGMA user_version = %d",
+		 "COMMIT; PRAGMA user_version = %d; PRAGMA wal_checkpoint(TRUNCATE)",
 		 JOBS, (int)RESOURCE_LAYOUT, (int)JOB_COMPUTE_LAYOUT, SCHEMA_VERSION);
-	if (code == SQLITE_OK)
-		code = sqlite3_exec(db, text, NULL, NULL, NULL);
+	int code = sqlite3_exec(connection.db, text, NULL, NULL, NULL);
 	if (code != SQLITE_OK)
-		fprintf(stderr, "bench: %s: %s\n", path, sqlite3_errmsg(db));
-	sqlite3_close(db);
+		fprintf(stderr, "bench: %s: %s\n", path, sqlite3_errmsg(connection.db));
+	connection_close(&connection);
 	return code;
 }
 
@@ -162,7 +161,7 @@ static int run(const char *folder)
 	double plain_s = 0, fair_s = 0, longest_s = 0;
 	snprintf(plain_url, sizeof plain_url, "sqlite:%s/plain.db", folder);
 	snprintf(fair_url, sizeof fair_url, "sqlite:%s/fair.db", folder);
-	int failed = make_plain(plain_path) != SQLITE_OK || store_open(&plain, plain_url, NULL) != TW_OK ||
+	int failed = make_plain(plain_path) != 0 || store_open(&plain, plain_url, NULL) != TW_OK ||
 		     store_open(&fair, fair_url, NULL) != TW_OK ||
 		     fill_queue(fair_path, JOBS, CLIENTS, JOB_BATCH) != SQLITE_OK;
 	failed = failed || compare(plain, fair, &plain_s, &fair_s) || designer(fair, &longest_s);

@@ -348,6 +348,9 @@ static const char *const impossible[] = {
 	" OR (j.priority = l.head_priority AND j.number < l.head_number))",
 	"SELECT count(*) FROM lane l JOIN share s ON s.number = l.share"
 	" WHERE l.head_number > 0 AND l.blocked = 0 AND s.open = 0",
+	"SELECT count(*) FROM share s WHERE open <> (SELECT count(*) FROM turn t WHERE t.share = s.number"
+	" AND t.pool = s.pool AND t.class = s.class)",
+	"SELECT count(*) FROM turn WHERE share NOT IN (SELECT number FROM share)",
 	"SELECT count(*) FROM (SELECT tenant, client, class, kind, state, count(*) FROM job GROUP BY 1, 2, 3, 4, 5"
 	" EXCEPT SELECT * FROM job_count)",
 	"SELECT count(*) FROM (SELECT * FROM job_count WHERE count > 0"

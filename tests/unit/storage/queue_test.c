@@ -586,6 +586,7 @@ static void a_job_of_an_unknown_kind_is_shown_and_left_alone(void **state)
 	assert_int_equal(
 		sqlite3_exec(f->oracle,
 			     "INSERT INTO share(number, tenant, client, pool, class, open) VALUES (1, 1, 0, 0, 2, 1);"
+			     "INSERT INTO turn VALUES (0, 2, 0, 1);"
 			     "INSERT INTO lane(number, share, kind, head_number) VALUES (1, 1, 77, 1);"
 			     "INSERT INTO job(id, kind, attempts_max, created_ms, lane)"
 			     " VALUES ('job_new', 77, 3, 5, 1)",
