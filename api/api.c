@@ -29,6 +29,7 @@ struct api {
 	pthread_mutex_t lock;
 	pthread_mutex_t renewal;   /* held while another policy is made: one at a time */
 	struct api_policy *policy; /* guarded by `lock`, and changed under both */
+	uint64_t generation;       /* guarded by `lock`; grows with every policy */
 	struct meter *meter;       /* owned */
 	struct wrong_keys *wrong;  /* owned */
 	char *store_url;           /* owned */
@@ -216,6 +217,36 @@ enum tw_status api_admit(const struct api_policy *policy, const char *authorizat
 	return TW_OK;
 }
 
+struct api_pass api_pass_of(const struct caller *caller)
+{
+	return (struct api_pass){caller->owner.client, caller->key ? caller->key->until_ms : 0, UINT64_MAX};
+}
+
+static bool find_pass(const struct api_policy *policy, struct api_pass *pass)
+{
+	size_t count = 0;
+	if (!policy->keys)
+		return pass->client == 0;
+	const struct access_key *keys = key_table_keys(policy->keys, &count);
+	for (size_t i = 0; i < count; i++)
+		if (keys[i].owner.client == pass->client) {
+			pass->until_ms = keys[i].until_ms;
+			return true;
+		}
+	return false;
+}
+
+bool api_pass_is_good(struct api *api, struct api_pass *pass)
+{
+	bool is_known = true;
+	pthread_mutex_lock(&api->lock);
+	if (pass->generation != api->generation)
+		is_known = find_pass(api->policy, pass);
+	pass->generation = api->generation;
+	pthread_mutex_unlock(&api->lock);
+	return is_known && (!pass->until_ms || clock_ms(CLOCK_REALTIME) < pass->until_ms);
+}
+
 enum tw_status api_count_request(struct api *api, const struct caller *caller, unsigned *retry_s,
 				 struct tw_error *error)
 {
@@ -340,6 +371,7 @@ static void put_policy(struct api *api, struct api_policy *next)
 	pthread_mutex_lock(&api->lock);
 	struct api_policy *old = api->policy;
 	api->policy = next;
+	api->generation++;
 	pthread_mutex_unlock(&api->lock);
 	api_return_policy(api, old);
 }

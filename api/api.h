@@ -58,6 +58,17 @@ bool api_policy_needs_key(const struct api_policy *policy);
 enum tw_status api_admit(const struct api_policy *policy, const char *authorization, struct caller *caller,
 			 struct tw_error *error) TW_NODISCARD;
 
+/* What somebody holds who was let in and stays: a stream looks now and then whether it is still good. */
+struct api_pass {
+	int64_t client;
+	int64_t until_ms;    /* since 1970; 0: for ever */
+	uint64_t generation; /* of the keys that it was looked up in last */
+};
+struct api_pass api_pass_of(const struct caller *caller);
+
+/* Whether the key is still one: not revoked or expired since. Looked up only where keys have changed. */
+bool api_pass_is_good(struct api *api, struct api_pass *pass);
+
 /* A request of the caller's: counted, and held to its limits (api/meter.h). */
 enum tw_status api_count_request(struct api *api, const struct caller *caller, unsigned *retry_s,
 				 struct tw_error *error) TW_NODISCARD;

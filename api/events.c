@@ -14,6 +14,8 @@
 struct event_stream {
 	struct api_stream stream;
 	struct store *store; /* borrowed: of the thread that sends */
+	struct api *api;     /* borrowed */
+	struct api_pass pass;
 	int64_t tenant;
 	uint8_t veil[ACCESS_VEIL_SIZE];
 	char id[ROUTE_PARAMETER_SIZE];
@@ -47,10 +49,15 @@ static enum tw_status print_event(struct event_stream *events, const struct job 
 	return set_text(events, event);
 }
 
-/* Makes the next text, or leaves it empty where nothing has happened. A job that was deleted ends the stream. */
+/* Makes the next text, or leaves it empty where nothing has happened. A job that was deleted ends the stream, and so
+ * does a key that was revoked. */
 static enum tw_status refill(struct event_stream *events)
 {
 	struct job job = {0};
+	if (!api_pass_is_good(events->api, &events->pass)) {
+		events->is_final = true;
+		return TW_OK;
+	}
 	enum tw_status status = job_get(events->store, events->tenant, events->id, &job, NULL);
 	if (status == TW_ERROR_NOT_FOUND) {
 		events->is_final = true;
@@ -105,6 +112,8 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 		return tw_fail_memory(error);
 	events->stream = (struct api_stream){.size = API_STREAM_UNKNOWN, .read = read_events, .close = close_events};
 	events->store = call->store;
+	events->api = call->api;
+	events->pass = api_pass_of(&call->caller);
 	events->tenant = call->caller.owner.tenant;
 	memcpy(events->veil, call->caller.veil, sizeof events->veil);
 	events->change = -1;

@@ -74,6 +74,10 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 		"# HELP tightwire_queue_oldest_seconds Age of the oldest job that a worker could take.\n"
 		"# TYPE tightwire_queue_oldest_seconds gauge\ntightwire_queue_oldest_seconds %.3f\n",
 		(double)counts.oldest_ms / 1000);
+	fprintf(out,
+		"# HELP tightwire_wrong_keys_total Requests with a key that is none.\n"
+		"# TYPE tightwire_wrong_keys_total counter\ntightwire_wrong_keys_total %llu\n",
+		(unsigned long long)api_wrong_keys(call->api));
 	free(own);
 	if (fclose(out) != 0) {
 		free(text);

@@ -1,0 +1,337 @@
+// API keys as their holders and the operator see them: made and revoked while the service runs, told once, limited, and
+// hard to guess.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { chmodSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { request as httpRequest } from 'node:http';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { Service, run, sleep, temporaryFolder, tightwire, until } from './service.mjs';
+
+const urn = (type) => `urn:tightwire:problem:${type}`;
+const bearer = (secret) => ({ authorization: `Bearer ${secret}` });
+const key = (...args) => spawnSync(tightwire, ['key', ...args], { encoding: 'utf8' });
+
+async function withService(flags, use) {
+  const service = await Service.start(flags);
+  try {
+    await use(service);
+  } finally {
+    await service.stop();
+  }
+}
+
+// On a store of its own with one key of everything.
+async function withKeys(flags, use) {
+  const folder = temporaryFolder();
+  const store = `sqlite:${join(folder.path, 'store.db')}`;
+  const make = (name, ...more) => run('key', 'create', '--store', store, '--name', name, ...more).trim();
+  try {
+    const root = make('root', '--scopes', 'read,submit,rig,admin');
+    await withService({ store, ...flags }, (service) => use({ service, make, store, root, folder }));
+  } finally {
+    folder.remove();
+  }
+}
+
+const status = async (service, secret) => (await service.get('/v1/jobs', { headers: secret ? bearer(secret) : {} })).status;
+
+async function withinASecond(what, claim) {
+  const start = Date.now();
+  await until(what, claim, 5);
+  assert.ok(Date.now() - start < 2000, `${what} took ${Date.now() - start} ms`); // a second, on a loaded machine two
+}
+
+test('the first key closes a running service to all who have none', async () => {
+  await withService({}, async (service) => {
+    assert.equal(await status(service), 200);
+    const made = await service.post('/v1/keys', { name: 'mes', scopes: ['read', 'submit', 'admin'] });
+    assert.equal(made.status, 201);
+    assert.match(made.json.secret, /^twk_[0-9a-z]{59}$/);
+    assert.equal(made.headers.get('cache-control'), 'no-store');
+    await withinASecond('nobody is let in without a key', async () => (await status(service)) === 401);
+    assert.equal(await status(service, made.json.secret), 200);
+    // It stays closed when the last key goes.
+    assert.equal((await service.request('DELETE', made.json.href, { headers: bearer(made.json.secret) })).status, 204);
+    await withinASecond('the key is refused', async () => (await status(service, made.json.secret)) === 401);
+    assert.equal(await status(service), 401);
+  });
+});
+
+test('keys that the command line makes, rotates and revokes count within a second', async () => {
+  await withKeys({}, async ({ service, make, store }) => {
+    const first = make('mes', '--tenant', 'mill', '--scopes', 'read');
+    await withinASecond('the new key is let in', async () => (await status(service, first)) === 200);
+    const named = ['--store', store, '--tenant', 'mill', '--name', 'mes'];
+    const second = run('key', 'rotate', ...named, '--overlap', '2s').trim();
+    await withinASecond('the rotated key is let in', async () => (await status(service, second)) === 200);
+    assert.notEqual(first, second);
+    await until('the overlap is over', async () => (await status(service, first)) === 401, 10);
+    assert.equal(await status(service, second), 200);
+    run('key', 'revoke', ...named);
+    await withinASecond('the revoked key is refused', async () => (await status(service, second)) === 401);
+  });
+});
+
+test('a key that was revoked ends the streams that it has opened', async () => {
+  await withKeys({}, async ({ service, make, store }) => {
+    const secret = make('viewer', '--scopes', 'read,rig');
+    await until('the key is let in', async () => (await status(service, secret)) === 200);
+    const { json } = await service.post('/v1/rig/recordings', {}, bearer(secret));
+    const stream = await fetch(`${service.url}/v1/jobs/${json.job.id}/events`, { headers: bearer(secret) });
+    assert.equal(stream.status, 200);
+    run('key', 'revoke', '--store', store, '--name', 'viewer');
+    const text = await Promise.race([stream.text(), sleep(20000).then(() => assert.fail('it goes on'))]);
+    assert.equal(text.match(/^event: job$/gm).length, 1);
+  });
+});
+
+test('a secret is told once: neither the store, nor the log, nor any answer has it again', async () => {
+  await withKeys({ 'log-level': 'debug' }, async ({ service, root, folder }) => {
+    const made = await service.post('/v1/keys', { name: 'mes', scopes: ['read'] }, bearer(root));
+    const { secret, href } = made.json;
+    const rotated = await service.post(`${href}/rotate?overlap_s=60`, undefined, bearer(root));
+    assert.equal(rotated.json.id, made.json.id);
+    assert.ok(rotated.json.overlap_until);
+    await until('both are let in', async () => (await status(service, rotated.json.secret)) === 200);
+    assert.equal(await status(service, secret), 200);
+    for (const path of [href, '/v1/keys', '/v1/tenant'])
+      assert.ok(!(await service.get(path, { headers: bearer(root) })).text.includes('twk_'), path);
+    for (const name of readdirSync(folder.path)) {
+      const bytes = readFileSync(join(folder.path, name), 'latin1');
+      for (const told of [root, secret, rotated.json.secret]) assert.ok(!bytes.includes(told), name);
+    }
+    assert.ok(!service.log.includes('twk_'));
+    assert.match(service.log, / request .* key=root /);
+  });
+});
+
+test('a key that expires is refused from that moment on', async () => {
+  await withKeys({}, async ({ service, make }) => {
+    const secret = make('guest', '--expires', '3s', '--scopes', 'read');
+    await until('it is let in', async () => (await status(service, secret)) === 200, 3);
+    await until('it is not any more', async () => (await status(service, secret)) === 401, 10);
+  });
+});
+
+test('use is told in batches, not with a write for each request', async () => {
+  await withKeys({}, async ({ service, root, store }) => {
+    const transactions = async () => {
+      const { text } = await service.get('/metrics', { headers: bearer(root) });
+      return Number(text.match(/^tightwire_store_transactions_total (\d+)/m)[1]);
+    };
+    const before = await transactions();
+    for (let i = 0; i < 200; i++) assert.equal(await status(service, root), 200);
+    const usage = () => JSON.parse(run('key', 'list', '--store', store, '--json'))[0];
+    await until('the use stands in the store', () => usage().requests >= 201, 30);
+    assert.ok(Date.now() - usage().last_used_ms < 60000);
+    assert.ok((await transactions()) - before < 50);
+  });
+});
+
+test('the own tenant tells whose a key is and what it may do', async () => {
+  await withKeys({}, async ({ service, make }) => {
+    const secret = make('mes', '--tenant', 'mill', '--scopes', 'read,submit', '--queued-jobs', '5', '--stored-bytes', '1M');
+    await until('it is let in', async () => (await status(service, secret)) === 200);
+    const { json } = await service.get('/v1/tenant', { headers: bearer(secret) });
+    assert.equal(json.name, 'mill');
+    assert.deepEqual(json.scopes, ['read', 'submit']);
+    assert.deepEqual(json.key.limits, { requests_per_s: null, requests_per_min: null, queued_jobs: 5, stored_bytes: 1048576 });
+  });
+});
+
+// --- limits -----------------------------------------------------------------------------------------------------
+
+test('a limit is 429, names itself, says when to come again, and is over then', async () => {
+  await withKeys({}, async ({ service, make }) => {
+    const secret = make('busy', '--scopes', 'read', '--requests-per-s', '20');
+    await until('it is let in', async () => (await status(service, secret)) === 200);
+    await sleep(1500);
+    const answers = await Promise.all(Array.from({ length: 80 }, () => service.get('/v1/tenant', { headers: bearer(secret) })));
+    const refused = answers.filter((answer) => answer.status === 429);
+    assert.ok(answers.filter((answer) => answer.status === 200).length >= 20);
+    assert.ok(refused.length > 0);
+    assert.equal(refused[0].json.type, urn('limit-requests-per-second'));
+    await sleep(1000 * Number(refused[0].headers.get('retry-after')));
+    assert.equal(await status(service, secret), 200);
+
+    const slow = make('slow', '--scopes', 'read', '--requests-per-min', '3');
+    const seen = [];
+    await until('it is limited', async () => {
+      const answer = await service.get('/v1/tenant', { headers: bearer(slow) });
+      seen.push(answer);
+      return answer.status === 429;
+    });
+    const last = seen.at(-1);
+    assert.equal(last.json.type, urn('limit-requests-per-minute'));
+    assert.ok(Number(last.headers.get('retry-after')) >= 1 && Number(last.headers.get('retry-after')) <= 20);
+    assert.equal(seen.filter((answer) => answer.status === 200).length, 3);
+  });
+});
+
+test('queued jobs and stored bytes are limited by key, and come back', async () => {
+  await withKeys({}, async ({ service, make, root }) => {
+    const scopes = ['--scopes', 'read,submit,rig'];
+    const jobs = make('jobs', ...scopes, '--queued-jobs', '2');
+    const bytes = make('bytes', ...scopes, '--stored-bytes', '1000');
+    await until('they are let in', async () => (await status(service, bytes)) === 200);
+    const record = (secret) => service.post('/v1/rig/recordings', {}, bearer(secret));
+    const first = await record(jobs);
+    assert.equal(first.status, 202);
+    assert.equal((await record(jobs)).status, 202);
+    const refused = await record(jobs);
+    assert.equal(refused.status, 429);
+    assert.equal(refused.json.type, urn('limit-queued-jobs'));
+    assert.ok(Number(refused.headers.get('retry-after')) >= 1);
+    assert.equal((await record(root)).status, 202);
+    assert.equal((await service.post(`/v1/jobs/${first.json.job.id}/cancel`, undefined, bearer(jobs))).status, 200);
+    assert.equal((await record(jobs)).status, 202);
+
+    const upload = (size) =>
+      service.post('/v1/meshes', 'v'.repeat(size), { 'content-type': 'model/obj', ...bearer(bytes) });
+    const stored = await upload(600);
+    assert.equal(stored.status, 202);
+    const over = await upload(601);
+    assert.equal(over.status, 429);
+    assert.equal(over.json.type, urn('limit-stored-bytes'));
+    const path = stored.json.href;
+    assert.equal((await service.request('DELETE', path, { headers: bearer(bytes) })).status, 204);
+    assert.equal((await upload(601)).status, 202);
+  });
+});
+
+// --- guessing ---------------------------------------------------------------------------------------------------
+
+function from(service, address, secret) {
+  const start = Date.now();
+  return new Promise((done, fail) =>
+    httpRequest(`${service.url}/v1/jobs`, { localAddress: address, headers: bearer(secret), agent: false }, (response) => {
+      response.resume();
+      response.on('end', () => done({ status: response.statusCode, retry: response.headers['retry-after'], ms: Date.now() - start }));
+    })
+      .on('error', fail)
+      .end(),
+  );
+}
+
+test('wrong keys are answered later and later, and a right one behind the same address at once', async () => {
+  await withKeys({}, async ({ service, root }) => {
+    const answers = [];
+    for (let i = 0; i < 9; i++) answers.push(await from(service, '127.5.0.1', `guess-${i}`));
+    for (const answer of answers) {
+      assert.equal(answer.status, 401);
+      assert.ok(Number(answer.retry) >= 1);
+    }
+    assert.ok(answers[8].ms >= 600, `the ninth after ${answers[8].ms} ms`);
+    const many = await Promise.all(Array.from({ length: 20 }, (_, i) => from(service, '127.5.0.1', `more-${i}`)));
+    assert.ok(many.some((answer) => answer.status === 429 && Number(answer.retry) >= 10));
+    for (const answer of many.slice(10)) assert.ok(answer.ms >= 1500, `${answer.ms}`);
+    const right = await from(service, '127.5.0.1', root);
+    assert.equal(right.status, 200);
+    assert.ok(right.ms < 1000, `the right one after ${right.ms} ms`);
+    const other = await from(service, '127.5.0.2', 'guess');
+    assert.equal(other.status, 401);
+    assert.ok(other.ms < 600, `another address after ${other.ms} ms`);
+    const { text } = await service.get('/metrics', { headers: bearer(root) });
+    assert.match(text, /^tightwire_wrong_keys_total 30$/m);
+  });
+});
+
+test('a client that leaves while its answer is kept back costs nothing', async () => {
+  await withKeys({ connections: 16, 'connections-per-address': 16 }, async ({ service, root }) => {
+    for (let i = 0; i < 8; i++) await from(service, '127.5.0.3', `guess-${i}`);
+    for (let i = 0; i < 200; i++) {
+      const sent = httpRequest(`${service.url}/v1/jobs`, { localAddress: '127.5.0.3', headers: bearer('x'), agent: false });
+      sent.on('error', () => {});
+      sent.end();
+      await sleep(2);
+      sent.destroy();
+    }
+    await until('it serves', async () => (await from(service, '127.0.0.1', root)).status === 200, 10);
+  });
+});
+
+test('a key that lost a letter is told from one that was never given out', async () => {
+  await withKeys({}, async ({ service, root }) => {
+    const cut = await service.get('/v1/jobs', { headers: bearer(root.slice(0, -1)) });
+    assert.equal(cut.status, 401);
+    assert.match(cut.json.detail, /no whole key/);
+    const never = await service.get('/v1/jobs', { headers: bearer('never') });
+    assert.doesNotMatch(never.json.detail, /no whole key/);
+  });
+});
+
+// --- the operator -----------------------------------------------------------------------------------------------
+
+test('a store with a key is enough to listen beyond this machine', async () => {
+  await withKeys({ listen: '0.0.0.0:0' }, async ({ service, root }) => {
+    service.url = service.url.replace('0.0.0.0', '127.0.0.1');
+    assert.equal(await status(service, root), 200);
+    assert.equal(await status(service), 401);
+  });
+});
+
+test('a key file that others may use is refused, with what to do', () => {
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'keys');
+  writeFileSync(file, run('key', 'somebody'));
+  for (const mode of [0o644, 0o604, 0o602, 0o606]) {
+    chmodSync(file, mode);
+    const args = ['serve', '--key-file', file, '--store', `sqlite:${folder.path}/s.db`, '--listen', '127.0.0.1:0'];
+    const { status: code, stderr } = spawnSync(tightwire, args, { encoding: 'utf8' });
+    assert.equal(code, 1, stderr);
+    assert.ok(stderr.includes(`run: chmod o= ${file}`), stderr);
+  }
+  folder.remove();
+});
+
+test('keys of the file and of the store are good side by side', async () => {
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'keys');
+  const made = spawnSync(tightwire, ['key', 'studio'], { encoding: 'utf8' });
+  writeFileSync(file, made.stdout, { mode: 0o640 });
+  await withKeys({ 'key-file': file }, async ({ service, root }) => {
+    assert.equal(await status(service, root), 200);
+    const own = bearer(made.stderr.trim());
+    const { json } = await service.get('/v1/tenant', { headers: own });
+    assert.deepEqual(json, { name: 'default', scopes: ['read', 'submit', 'rig', 'admin'], key: null });
+    assert.equal((await service.post('/v1/keys', { name: 'more', scopes: ['read'] }, own)).status, 201);
+  });
+  folder.remove();
+});
+
+test('the command line says what is wrong with what it is told', () => {
+  const folder = temporaryFolder();
+  const store = ['--store', `sqlite:${join(folder.path, 'store.db')}`];
+  const wrong = [
+    [['create', ...store], /--name is needed/],
+    [['create', '--name', 'a'], /--store is needed/],
+    [['create', ...store, '--name', 'a b'], /a key's name has/],
+    [['create', ...store, '--name', 'a', '--scopes', 'write'], /no scope "write"/],
+    [['create', ...store, '--name', 'a', '--expires', 'soon'], /no day/],
+    [['create', ...store, '--name', 'a', '--expires', '2027-02-30'], /no day/],
+    [['create', ...store, '--name', 'a', '--expires', '2020-01-01'], /expired already/],
+    [['create', ...store, '--name', 'a', '--queued-jobs', '-1'], /no number/],
+    [['create', ...store, '--name', 'a', '--tenant', 'A B'], /a tenant's name has/],
+    [['create', ...store, '--name', 'a', '--queued', '1'], /did you mean --queued-jobs/],
+    [['rotate', ...store, '--name', 'a', '--scopes', 'read'], /a key keeps them/],
+    [['list', ...store, '--name', 'a'], /no flag of list/],
+    [['revoke', ...store, '--name', 'a'], /there is no (store|key)/],
+    [['frobnicate', ...store], /one argument too many/],
+  ];
+  for (const [args, words] of wrong) {
+    const { status: code, stderr } = key(...args);
+    assert.ok(code === 1 || code === 2, args.join(' '));
+    assert.match(stderr, words, args.join(' '));
+  }
+  assert.match(run('key', 'create', ...store, '--name', 'a'), /^twk_\w{59}\n$/);
+  assert.match(key('create', ...store, '--name', 'a').stderr, /has a key a already/);
+  assert.match(run('key', 'list', ...store), /^default +a +read,submit/m);
+  const tenant = (...args) => spawnSync(tightwire, ['tenant', ...args], { encoding: 'utf8' });
+  assert.match(tenant('delete', ...store, '--tenant', 'default').stderr, /say --yes/);
+  assert.match(tenant('delete', ...store, '--tenant', 'mill', '--yes').stderr, /no tenant mill/);
+  assert.equal(tenant('delete', ...store, '--tenant', 'default', '--yes').status, 0);
+  assert.doesNotMatch(run('key', 'list', ...store), /read,submit/);
+  assert.match(tenant('list', ...store).stdout, /^default +0$/m);
+  folder.remove();
+});
