@@ -216,8 +216,9 @@ format: ## clang-format in place
 format-check:
 	$(Q)clang-format --dry-run -Werror $(formatted)
 
-pictures: all ## README's pictures anew
+pictures: all $(out)/tests/tools/solve_pictures ## the pictures of README and solver/steiner/README.md anew
 	$(Q)sh deploy/pictures.sh $(out)/tightwire
+	$(Q)mkdir -p solver/steiner/pictures && $(out)/tests/tools/solve_pictures solver/steiner/pictures
 
 install: all ## into $(DESTDIR)$(prefix), with the systemd unit and a sample configuration
 	$(Q)install -D -m 0755 $(out)/tightwire $(DESTDIR)$(prefix)/bin/tightwire
