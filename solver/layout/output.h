@@ -2,6 +2,7 @@
 #ifndef SOLVER_LAYOUT_OUTPUT_H
 #define SOLVER_LAYOUT_OUTPUT_H
 
+#include "solver/layout/request.h"
 #include "solver/layout/summary.h"
 #include "solver/layout/trees.h"
 #include "solver/steiner/steiner.h"
@@ -16,8 +17,6 @@ struct layout_artifact {
 	const char *bytes;      /* borrowed from the caller's arena; a NUL stands behind the last byte */
 	size_t size;
 };
-
-enum { LAYOUT_ARTIFACTS_MAX = 8 };
 
 /* Our tree as it was found, and in what: a warm state can be prepared for it (steiner_warm_prepare). All borrowed from
  * the caller's arena. */
@@ -36,10 +35,5 @@ struct layout_output {
 	struct layout_trees trees; /* lies in the caller's arena */
 	struct layout_found found;
 };
-
-/* The files that there are, by name, the first of them "layout.json"; NULL from `i` = their number on. And the media
- * type of one; NULL where there is no such file. */
-const char *layout_file_name(uint32_t i);
-const char *layout_file_media_type(const char *name);
 
 #endif

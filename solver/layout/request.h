@@ -56,4 +56,10 @@ bool layout_request_has_numbers(const struct layout_request *request);
 /* Frees what the request owns. */
 void layout_request_clear(struct layout_request *request);
 
+/* The files that a layout may be asked for, by name, the first of them "layout.json"; NULL from `i` = their number on.
+ * And the media type of one; NULL where there is no such file. */
+enum { LAYOUT_ARTIFACTS_MAX = 8 };
+const char *layout_file_name(uint32_t i);
+const char *layout_file_media_type(const char *name);
+
 #endif

@@ -3,6 +3,9 @@
 #ifndef SOLVER_LAYOUT_TREES_H
 #define SOLVER_LAYOUT_TREES_H
 
+#include "solver/arena.h"
+#include "tightwire.h"
+
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -18,5 +21,13 @@ struct layout_trees {
 	struct layout_tree ours;
 	struct layout_tree baseline; /* zero without one */
 };
+
+/* As one array of numbers, to be kept, which the caller names; its data lies in the arena. TW_ERROR_MEMORY. */
+enum tw_status trees_to_array(const struct layout_trees *trees, struct arena *arena, struct tw_array *array,
+			      struct tw_error *error) TW_NODISCARD;
+
+/* And back. TW_ERROR_INTERNAL for an array that is none of these; TW_ERROR_MEMORY. */
+enum tw_status trees_from_array(struct layout_trees *trees, struct arena *arena, const struct tw_array *array,
+				struct tw_error *error) TW_NODISCARD;
 
 #endif

@@ -130,14 +130,18 @@ static inline struct layout_input input_of(struct bench *bench, unsigned threads
 }
 
 /* Every drawing is made once more, as one that nobody asked for at first: of the trees, without motions and without a
- * search. */
+ * search; the trees have been kept meanwhile. */
 static inline void check_later_drawings(struct bench *bench)
 {
 	const struct layout_output *first = &bench->output;
+	struct layout_trees trees;
+	struct tw_array kept;
+	assert_int_equal(trees_to_array(&first->trees, bench->arena, &kept, NULL), TW_OK);
+	assert_int_equal(trees_from_array(&trees, bench->arena, &kept, NULL), TW_OK);
 	for (uint32_t i = 1; i < first->artifact_count; i++) {
 		struct layout_output later;
 		struct layout_input input = input_of(bench, 1);
-		input.trees = &first->trees;
+		input.trees = &trees;
 		input.file = first->artifacts[i].name;
 		input.motion_count = 0;
 		assert_int_equal(layout_compute(&input, bench->arena, &later, NULL), TW_OK);
