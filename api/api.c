@@ -3,6 +3,7 @@
 #include "api/key_file.h"
 #include "api/key_table.h"
 #include "api/meter.h"
+#include "api/waiting.h"
 #include "api/wrong_keys.h"
 #include "storage/jobs.h"
 #include "storage/store.h"
@@ -35,6 +36,7 @@ struct api {
 	char *store_url;           /* owned */
 	pthread_key_t store;       /* struct store * of each thread */
 	struct store_place place;  /* of all of them */
+	struct waiting *waiting;   /* owned */
 };
 
 /* --- policies -------------------------------------------------------------------------------------------------------
@@ -324,6 +326,11 @@ enum tw_status api_store(struct api *api, struct store **store, struct tw_error 
 	return status;
 }
 
+struct waiting *api_waiting(struct api *api)
+{
+	return api->waiting;
+}
+
 bool api_change(struct api *api, int64_t *change)
 {
 	struct store *store = NULL;
@@ -353,8 +360,9 @@ enum tw_status api_open(struct api **api, const struct api_settings *settings, s
 	made->store_url = strdup(settings->store_url);
 	made->meter = meter_new();
 	made->wrong = wrong_keys_new();
-	enum tw_status status =
-		made->store_url && made->meter && made->wrong ? open_first(made, error) : tw_fail_memory(error);
+	made->waiting = waiting_new();
+	enum tw_status status = made->store_url && made->meter && made->wrong && made->waiting ? open_first(made, error)
+											       : tw_fail_memory(error);
 	if (status == TW_OK)
 		status = policy_new(made, &made->policy, settings, error);
 	if (status != TW_OK) {
@@ -447,6 +455,7 @@ void api_close(struct api *api)
 	policy_free(api->policy);
 	meter_free(api->meter);
 	wrong_keys_free(api->wrong);
+	waiting_free(api->waiting);
 	free(api->store_url);
 	free(api);
 }

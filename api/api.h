@@ -14,7 +14,8 @@ struct store;
 
 /* What the service around it does for the api. Functions may be NULL; they are called from any thread. */
 struct api_hooks {
-	void (*job_added)(void *context); /* there is work in the queue: wake a worker */
+	/* There is work in the queue: wake a worker. */
+	void (*job_added)(void *context, bool is_interactive);
 	void (*job_asked)(void *context); /* a running job was asked to stop, or removed: tell the workers */
 	char *(*metrics)(void *context);  /* text for /metrics in the Prometheus format; malloc */
 	bool (*ready)(void *context, char *why, size_t size); /* false, with a reason, while draining */
@@ -87,6 +88,10 @@ enum tw_status api_tell_uses(struct api *api, struct store *store, struct tw_err
 
 /* The calling thread's connection, opened when it is first asked for and closed when the thread ends. Borrowed. */
 enum tw_status api_store(struct api *api, struct store **store, struct tw_error *error) TW_NODISCARD;
+
+/* Who waits for jobs. */
+struct waiting;
+struct waiting *api_waiting(struct api *api);
 
 /* A number that grows with every change of a job. False where the store does not tell. */
 bool api_change(struct api *api, int64_t *change);

@@ -11,17 +11,31 @@ const char *call_header(const struct api_call *call, const char *name)
 	return call->request.header ? call->request.header(call->request.context, name) : NULL;
 }
 
+bool call_may_write(struct api_call *call)
+{
+	call->must_write = true;
+	return call->may_write;
+}
+
+void call_hold(struct api_call *call, const struct job *job, uint32_t wait_s,
+	       enum tw_status (*respond)(struct api_call *call, struct tw_error *error))
+{
+	waiting_join(api_waiting(call->api), &call->waiter, job->id, job->transient);
+	call->wait.respond = respond;
+	call->wait.until_ms = call_now_ms() + 1000 * (int64_t)wait_s;
+}
+
 bool call_may_hold(const struct api_call *call)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;
 	return !hooks->may_hold || hooks->may_hold(hooks->context);
 }
 
-void call_job_added(const struct api_call *call)
+void call_job_added(const struct api_call *call, bool is_interactive)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;
 	if (hooks->job_added)
-		hooks->job_added(hooks->context);
+		hooks->job_added(hooks->context, is_interactive);
 }
 
 void call_job_asked(const struct api_call *call)

@@ -9,7 +9,9 @@
 #include "api/request.h"
 #include "api/response.h"
 #include "api/route.h"
+#include "api/submit.h"
 #include "api/upload.h"
+#include "api/waiting.h"
 #include "storage/resources.h"
 
 struct api_call {
@@ -18,6 +20,7 @@ struct api_call {
 	struct store *store;                 /* borrowed: this thread's */
 	struct caller caller;
 	struct api_request request;
+	struct submit submit; /* of POST: how a job that it starts is queued */
 	struct query query;
 	struct route_match match; /* match.parameters[0] is the path's first {…} */
 	char *body;               /* ROUTE_JSON: [body_size], owned */
@@ -25,11 +28,15 @@ struct api_call {
 	struct body_upload upload; /* ROUTE_UPLOAD: sealed when the handler runs */
 	struct api_response response;
 
-	/* Set by a handler that wants the connection held, `Prefer: wait`: it has not responded yet, and
-	 * resource_respond_awaited does once the job has ended or the time is over. */
+	bool may_write;  /* the handler is called where it may wait for the store's writer */
+	bool must_write; /* set by call_may_write */
+
+	/* Set by a handler that wants the connection held, by call_hold: it has not responded yet. */
+	struct waiter waiter;
 	struct {
-		char job_id[STORE_ID_SIZE]; /* "": nothing is waited for */
-		char resource_id[STORE_ID_SIZE];
+		/* Responds once the job has ended or the time is over; it only reads. NULL: nothing is waited for. */
+		enum tw_status (*respond)(struct api_call *call, struct tw_error *error);
+		char resource_id[STORE_ID_SIZE]; /* what respond may want to know */
 		enum resource_kind kind;
 		int64_t until_ms; /* CLOCK_MONOTONIC */
 	} wait;
@@ -38,11 +45,19 @@ struct api_call {
 /* The header's value, NULL where there is none. */
 const char *call_header(const struct api_call *call, const char *name);
 
+/* Whether the handler of a request that usually only reads may write to the store now. Where not, it returns TW_OK
+ * without an answer, and is called once more where it may. */
+bool call_may_write(struct api_call *call);
+
+/* Holds the connection until the job has ended, for at most `wait_s`; then `respond` answers. */
+void call_hold(struct api_call *call, const struct job *job, uint32_t wait_s,
+	       enum tw_status (*respond)(struct api_call *call, struct tw_error *error));
+
 /* Whether the request, or its stream of events, may wait for a job: not where too many do. */
 bool call_may_hold(const struct api_call *call);
 
-/* Tells the service that there is work. */
-void call_job_added(const struct api_call *call);
+/* Tells the service that there is work, interactive perhaps. */
+void call_job_added(const struct api_call *call, bool is_interactive);
 
 /* Tells the service that jobs were cancelled or removed, running ones perhaps. */
 void call_job_asked(const struct api_call *call);

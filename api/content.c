@@ -4,6 +4,7 @@
 #include "api/resource.h"
 #include "api/resource_view.h"
 #include "solver/names.h"
+#include "storage/task.h"
 
 #include <sodium.h>
 #include <stdlib.h>
@@ -89,6 +90,20 @@ static enum tw_status respond_blob(struct api_call *call, const struct blob *blo
 	return stream_blob(call, blob, media_type, error);
 }
 
+/* What nobody reads may be dropped where room is short. That somebody does is noted once in a while; that this time it
+ * cannot be is no reason not to answer. */
+static bool note_read(struct api_call *call, const struct blob *blob)
+{
+	struct tw_error error = {0};
+	if (!task_is_read_seldom(call->store, blob))
+		return true;
+	if (!call_may_write(call))
+		return false;
+	if (task_note_read(call->store, blob, &error) != TW_OK)
+		call_failed(call, NULL, &error);
+	return true;
+}
+
 /* What there is in its place. */
 static enum tw_status refuse_name(struct api_call *call, const char *resource_id, enum blob_role role, const char *name,
 				  struct tw_error *error)
@@ -113,18 +128,30 @@ static enum tw_status refuse_name(struct api_call *call, const char *resource_id
 	return status;
 }
 
-static enum tw_status find_blob(struct api_call *call, const char *resource_id, enum blob_role role, const char *name,
-				struct blob *blob, struct tw_error *error)
+static enum tw_status respond_missing(struct api_call *call, const struct resource *resource, enum blob_role role,
+				      const char *name, content_missing *missing, struct tw_error *error)
 {
-	enum tw_status status = blob_find(call->store, resource_id, role, name, blob, error);
-	return status == TW_ERROR_NOT_FOUND ? refuse_name(call, resource_id, role, name, error) : status;
+	bool known = false;
+	enum tw_status status = missing ? missing(call, resource, name, &known, error) : TW_OK;
+	return status != TW_OK || known ? status : refuse_name(call, resource->id, role, name, error);
+}
+
+static enum tw_status respond_named(struct api_call *call, const struct resource *resource, enum blob_role role,
+				    const char *name, content_missing *missing, struct tw_error *error)
+{
+	struct blob blob;
+	enum tw_status status = blob_find(call->store, resource->id, role, name, &blob, error);
+	if (status == TW_ERROR_NOT_FOUND)
+		return respond_missing(call, resource, role, name, missing, error);
+	if (status != TW_OK || !note_read(call, &blob))
+		return status;
+	return respond_blob(call, &blob, error);
 }
 
 enum tw_status content_respond(struct api_call *call, enum resource_kind kind, enum blob_role role,
-			       struct tw_error *error)
+			       content_missing *missing, struct tw_error *error)
 {
 	struct resource resource = {0};
-	struct blob blob;
 	const char *name = call->match.parameters[resource_kind_is_nested(kind) ? 2 : 1];
 	enum tw_status status = query_only(&call->query, NULL, error);
 	if (status == TW_OK)
@@ -133,9 +160,7 @@ enum tw_status content_respond(struct api_call *call, enum resource_kind kind, e
 		status = tw_fail(error, TW_ERROR_CONFLICT, "not-computed", NULL,
 				 "this is %s; its results are not there", job_state_name(resource.job.state));
 	if (status == TW_OK)
-		status = find_blob(call, resource.id, role, name, &blob, error);
-	if (status == TW_OK)
-		status = respond_blob(call, &blob, error);
+		status = respond_named(call, &resource, role, name, missing, error);
 	resource_clear(&resource);
 	return status;
 }

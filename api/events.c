@@ -2,6 +2,7 @@
  * server asks again and again; what has not changed since gives nothing, and now and then a comment, so that proxies
  * and clients see that the connection lives. */
 #include "api/handlers.h"
+#include "api/header.h"
 #include "api/job_view.h"
 #include "api/veil.h"
 #include "storage/jobs.h"
@@ -95,12 +96,28 @@ static void close_events(struct api_stream *stream)
 	free(events);
 }
 
+/* A page's EventSource can send no headers. */
+static enum tw_status read_preference(struct api_call *call, struct tw_error *error)
+{
+	const char *text = query_get(&call->query, "on_disconnect");
+	if (text && strcmp(text, "cancel") != 0 && strcmp(text, "keep") != 0)
+		return tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "on_disconnect",
+			       "on_disconnect is cancel or keep");
+	call->submit.queue.transient =
+		text ? !strcmp(text, "cancel") : header_prefers(call_header(call, "Prefer"), "on_disconnect", "cancel");
+	return TW_OK;
+}
+
 enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 {
+	static const char *const known[] = {"on_disconnect", NULL};
 	struct job job = {0};
-	enum tw_status status = query_only(&call->query, NULL, error);
+	enum tw_status status = query_only(&call->query, known, error);
+	if (status == TW_OK)
+		status = read_preference(call, error);
 	if (status == TW_OK)
 		status = job_get(call->store, call->caller.owner.tenant, call->match.parameters[0], &job, error);
+	int64_t requests = job.transient;
 	job_clear(&job);
 	if (status != TW_OK)
 		return status;
@@ -120,6 +137,7 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 	memcpy(events->id, call->match.parameters[0], sizeof events->id);
 	response_header(&call->response, "Cache-Control", "no-store");
 	response_header(&call->response, "X-Accel-Buffering", "no");
+	waiting_join(api_waiting(call->api), &call->waiter, events->id, requests);
 	response_stream(&call->response, "text/event-stream", &events->stream);
 	return TW_OK;
 }

@@ -5,13 +5,13 @@
 #include "api/header.h"
 #include "api/origin.h"
 #include "api/problem.h"
-#include "api/resource.h"
 #include "storage/jobs.h"
 
 #include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <time.h>
 
 #define REQUEST_ID_MAX 64
 
@@ -23,6 +23,8 @@ struct exchange {
 	char request_id[REQUEST_ID_MAX + 1];
 	unsigned pause_ms; /* see exchange_pause_ms */
 	size_t body_capacity;
+	bool writes;   /* its handler must write, though it is a read */
+	bool has_left; /* the client */
 };
 
 struct exchange *exchange_new(struct api *api, const char *target)
@@ -53,6 +55,27 @@ static enum tw_status settle(struct exchange *exchange, struct tw_error *error)
 	return status;
 }
 
+/* Only what is wanted by nobody else: no other waiter, no request that wants it for good, nothing that needs it. */
+static void cancel_unwanted(struct api_call *call)
+{
+	struct tw_error error = {0};
+	bool cancelled = false;
+	enum tw_status status =
+		job_cancel_unwanted(call->store, call->waiter.job_id, call->waiter.requests, &cancelled, &error);
+	if (status != TW_OK)
+		call_failed(call, NULL, &error);
+	if (cancelled)
+		call_job_asked(call);
+}
+
+static void end_waiting(struct exchange *exchange)
+{
+	struct api_call *call = &exchange->call;
+	bool is_last = waiting_leave(api_waiting(call->api), &call->waiter);
+	if (is_last && exchange->has_left && call->submit.queue.transient && call->store)
+		cancel_unwanted(call);
+}
+
 void exchange_free(struct exchange *exchange)
 {
 	if (!exchange)
@@ -60,6 +83,7 @@ void exchange_free(struct exchange *exchange)
 	/* Without a store nothing can be discarded; the sweep will do it. */
 	if (settle(exchange, NULL) != TW_OK)
 		body_upload_release(&exchange->call.upload);
+	end_waiting(exchange);
 	body_upload_clear(&exchange->call.upload);
 	response_clear(&exchange->call.response);
 	free(exchange->call.body);
@@ -177,8 +201,9 @@ static void respond_options(struct api_call *call)
 	response_header(&call->response, "Access-Control-Allow-Methods", "%s", call->match.allow);
 	response_header(
 		&call->response, "Access-Control-Allow-Headers",
-		"Authorization, Confirm-Delete, Content-Type, Idempotency-Key, If-None-Match, Prefer, Upload-Complete, "
-		"Upload-Offset, X-Request-Id");
+		"Authorization, Cancel-After, Confirm-Delete, Content-Type, Idempotency-Key, If-None-Match, Job-Class, "
+		"Job-Group, Job-Max-Running, Job-Priority, Not-Before, Prefer, Session, Supersedes, "
+		"Upload-Complete, Upload-Offset, X-Request-Id");
 	response_header(&call->response, "Access-Control-Max-Age", "600");
 }
 
@@ -280,6 +305,17 @@ static enum tw_status check_origin(const struct exchange *exchange, struct tw_er
 			       "pages of %.80s may not use this service; see the setting cors-origin",
 			       call_header(call, "Origin"));
 	return TW_OK;
+}
+
+/* What a request says about the job that it starts. */
+static enum tw_status read_submit(struct api_call *call, struct tw_error *error)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_REALTIME, &now);
+	int64_t now_ms = (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+	if (strcmp(call->request.method, "POST") != 0 || !call->request.header)
+		return TW_OK;
+	return submit_parse(&call->submit, call->request.header, call->request.context, now_ms, error);
 }
 
 static enum tw_status check_encoding(const struct api_call *call, struct tw_error *error)
@@ -406,6 +442,8 @@ static enum tw_status judge(struct exchange *exchange, struct tw_error *error)
 	status = check_key(exchange, error);
 	if (status == TW_OK)
 		status = check_encoding(call, error);
+	if (status == TW_OK)
+		status = read_submit(call, error);
 	if (status == TW_OK && call->match.route->produces)
 		status = call_check_accept(call, call->match.route->produces, error);
 	return status;
@@ -486,8 +524,11 @@ bool exchange_is_streamed(const struct exchange *exchange)
 
 bool exchange_may_wait(const struct exchange *exchange)
 {
-	const struct route *route = exchange->call.match.route;
-	return exchange->state == EXCHANGE_READING && route && strcmp(route->method, "GET") != 0;
+	const struct api_call *call = &exchange->call;
+	const struct route *route = call->match.route;
+	if (exchange->has_left && call->waiter.is_waiting)
+		return call->submit.queue.transient;
+	return exchange->state == EXCHANGE_READING && route && (exchange->writes || strcmp(route->method, "GET") != 0);
 }
 
 enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, size_t size)
@@ -515,6 +556,7 @@ enum exchange_state exchange_end(struct exchange *exchange)
 	enum tw_status status = TW_OK;
 	if (exchange->state != EXCHANGE_READING)
 		return exchange->state;
+	call->may_write = exchange_may_wait(exchange);
 	status = settle(exchange, &error);
 	if (status == TW_OK && is_streamed(call->match.route))
 		status = body_upload_finish(&call->upload, &error);
@@ -522,7 +564,10 @@ enum exchange_state exchange_end(struct exchange *exchange)
 		status = call->match.route->handle(call, &error);
 	if (status != TW_OK)
 		return answer_problem(exchange, &error);
-	if (!call->wait.job_id[0])
+	exchange->writes = call->must_write && !call->may_write;
+	if (exchange->writes)
+		return EXCHANGE_READING;
+	if (!call->wait.respond)
 		return answer(exchange);
 	exchange->state = EXCHANGE_HELD;
 	return exchange->state;
@@ -535,7 +580,7 @@ bool exchange_is_due(struct exchange *exchange)
 	if (api_store(exchange->call.api, &store, NULL) != TW_OK)
 		return true;
 	bool due =
-		job_get(store, exchange->call.caller.owner.tenant, exchange->call.wait.job_id, &job, NULL) != TW_OK ||
+		job_get(store, exchange->call.caller.owner.tenant, exchange->call.waiter.job_id, &job, NULL) != TW_OK ||
 		job_state_is_final(job.state);
 	job_clear(&job);
 	return due;
@@ -565,5 +610,10 @@ enum exchange_state exchange_resume(struct exchange *exchange)
 		return exchange->state;
 	if (settle(exchange, &error) != TW_OK)
 		return answer_problem(exchange, &error);
-	return resource_respond_awaited(call, &error) != TW_OK ? answer_problem(exchange, &error) : answer(exchange);
+	return call->wait.respond(call, &error) != TW_OK ? answer_problem(exchange, &error) : answer(exchange);
+}
+
+void exchange_leave(struct exchange *exchange)
+{
+	exchange->has_left = true;
 }

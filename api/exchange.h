@@ -8,8 +8,10 @@
  *     exchange_free     the response is sent, or the client is gone
  *
  * and looks at its state after each step. EXCHANGE_READING: go on. EXCHANGE_ANSWERED: send exchange_response; what
- * remains of the body is of no interest. EXCHANGE_HELD (`Prefer: wait`): keep the connection without a thread, ask
- * exchange_is_due when a job may have ended, and call exchange_resume once it says so, or at exchange_until_ms.
+ * remains of the body is of no interest. After exchange_end EXCHANGE_READING says that the request, which usually only
+ * reads, has to write: exchange_may_wait has become true, and exchange_end is called once more. EXCHANGE_HELD (`Prefer:
+ * wait`): keep the connection without a thread, ask exchange_is_due when a job may have ended, and call exchange_resume
+ * once it says so, or at exchange_until_ms.
  *
  * An exchange is one thread's at a time, and may go to another between two steps. Different exchanges may be driven by
  * different threads at once. Where exchange_may_wait says so, exchange_body, _end and _free may have to wait for the
@@ -46,7 +48,7 @@ enum exchange_state exchange_refuse(struct exchange *exchange, const struct api_
 enum exchange_state exchange_body(struct exchange *exchange, const void *bytes, size_t size);
 enum exchange_state exchange_end(struct exchange *exchange);
 
-/* False for what only reads. Once the headers are known. */
+/* False for what only reads, and has nothing to cancel. Once the headers are known. */
 bool exchange_may_wait(const struct exchange *exchange);
 
 /* The body goes into the store as it comes, rather than into memory: large pieces cost less. */
@@ -64,6 +66,10 @@ struct api_response *exchange_response(struct exchange *exchange);
 /* Once answered: how long a server keeps the answer back, without a thread, before it sends it; 0 but for clients that
  * guess keys. */
 unsigned exchange_pause_ms(const struct exchange *exchange);
+
+/* The client has left before it got its answer: exchange_free then cancels what only it waited for, where it said so.
+ * Not where the service itself ends the request. */
+void exchange_leave(struct exchange *exchange);
 
 /* For logs and metrics: the row of api_routes, NULL where none matched. */
 const struct route *exchange_route(const struct exchange *exchange);

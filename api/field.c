@@ -153,7 +153,7 @@ enum tw_status get_field(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_field_array(struct api_call *call, struct tw_error *error)
 {
-	return content_respond(call, RESOURCE_FIELD, BLOB_ARRAY, error);
+	return content_respond(call, RESOURCE_FIELD, BLOB_ARRAY, NULL, error);
 }
 
 enum tw_status delete_field(struct api_call *call, struct tw_error *error)

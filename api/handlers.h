@@ -51,8 +51,11 @@ enum tw_status renew_layout(struct api_call *call, struct tw_error *error) TW_NO
 enum tw_status list_jobs(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status get_job(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status cancel_job(struct api_call *call, struct tw_error *error) TW_NODISCARD;
-enum tw_status redrive_jobs(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 enum tw_status redrive_job(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+
+/* job_bulk.c */
+enum tw_status cancel_jobs(struct api_call *call, struct tw_error *error) TW_NODISCARD;
+enum tw_status redrive_jobs(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 
 /* events.c */
 enum tw_status get_job_events(struct api_call *call, struct tw_error *error) TW_NODISCARD;

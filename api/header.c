@@ -125,7 +125,7 @@ bool header_accepts(const char *accept, const char *media_type)
 	return welcome;
 }
 
-static bool read_number(const char *p, size_t length, uint64_t *number)
+bool header_number(const char *p, size_t length, uint64_t *number)
 {
 	*number = 0;
 	for (size_t i = 0; i < length; i++) {
@@ -145,13 +145,28 @@ uint32_t header_prefer_wait_s(const char *prefer)
 		if (!strncasecmp(p, "wait=", 5)) {
 			size_t digits = strspn(p + 5, "0123456789");
 			uint64_t seconds = 0;
-			bool fits = read_number(p + 5, digits, &seconds) && seconds <= UINT32_MAX;
+			bool fits = header_number(p + 5, digits, &seconds) && seconds <= UINT32_MAX;
 			return fits || !digits ? (uint32_t)seconds : UINT32_MAX;
 		}
 		p += item;
 		p += *p != 0;
 	}
 	return 0;
+}
+
+bool header_prefers(const char *prefer, const char *name, const char *value)
+{
+	size_t name_length = strlen(name), value_length = value ? strlen(value) + 1 : 0;
+	for (const char *p = prefer; p && *p;) {
+		p = skip_space(p);
+		size_t item = strcspn(p, ",; \t");
+		if (item == name_length + value_length && !strncasecmp(p, name, name_length) &&
+		    (!value || (p[name_length] == '=' && !strncmp(p + name_length + 1, value, value_length - 1))))
+			return true;
+		p += strcspn(p, ",;");
+		p += *p != 0;
+	}
+	return false;
 }
 
 bool header_matches_etag(const char *if_none_match, const char *etag)
@@ -178,7 +193,7 @@ bool header_content_length(const char *content_length, uint64_t *bytes)
 		return false;
 	const char *p = skip_space(content_length);
 	uint64_t number = 0;
-	if (read_number(p, strcspn(p, " \t"), &number))
+	if (header_number(p, strcspn(p, " \t"), &number))
 		*bytes = number;
 	return true;
 }

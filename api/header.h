@@ -21,6 +21,12 @@ bool header_accepts(const char *accept, const char *media_type);
 /* Prefer: seconds of its "wait" (RFC 7240); 0 when it has none, UINT32_MAX when they are more. */
 uint32_t header_prefer_wait_s(const char *prefer);
 
+/* Prefer: whether it says NAME=VALUE, or where `value` is NULL the name alone; that in any case. */
+bool header_prefers(const char *prefer, const char *name, const char *value);
+
+/* `length` decimal digits, at least one, without sign or blanks; false also when the number does not fit. */
+bool header_number(const char *p, size_t length, uint64_t *number);
+
 /* If-None-Match: whether it names this entity tag, which is given with its quotes (weak comparison). */
 bool header_matches_etag(const char *if_none_match, const char *etag);
 

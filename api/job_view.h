@@ -2,6 +2,7 @@
 #ifndef API_JOB_VIEW_H
 #define API_JOB_VIEW_H
 
+#include "storage/attempt.h"
 #include "storage/job.h"
 
 #include <jansson.h>
@@ -14,5 +15,8 @@ json_t *job_show_problem(const struct job *job) TW_NODISCARD;
 
 /* A list of states, "queued,running", as the bits of a query; 0 for NULL. TW_ERROR_INPUT "invalid-parameter". */
 enum tw_status job_states_parse(const char *text, unsigned *states, struct tw_error *error) TW_NODISCARD;
+
+/* An attempt that came to nothing. */
+json_t *job_show_attempt(const struct attempt *attempt) TW_NODISCARD;
 
 #endif

@@ -1,5 +1,6 @@
 /* Layouts: the request that solver/layout/request.h describes in, with the field that it is for; artifacts out. */
 #include "api/content.h"
+#include "api/drawing.h"
 #include "api/handlers.h"
 #include "api/resource.h"
 #include "solver/layout/request.h"
@@ -99,7 +100,7 @@ enum tw_status get_layout(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_layout_artifact(struct api_call *call, struct tw_error *error)
 {
-	return content_respond(call, RESOURCE_LAYOUT, BLOB_ARTIFACT, error);
+	return content_respond(call, RESOURCE_LAYOUT, BLOB_ARTIFACT, drawing_respond, error);
 }
 
 enum tw_status delete_layout(struct api_call *call, struct tw_error *error)

@@ -96,7 +96,7 @@ enum tw_status get_mesh(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_mesh_array(struct api_call *call, struct tw_error *error)
 {
-	return content_respond(call, RESOURCE_MESH, BLOB_ARRAY, error);
+	return content_respond(call, RESOURCE_MESH, BLOB_ARRAY, NULL, error);
 }
 
 enum tw_status delete_mesh(struct api_call *call, struct tw_error *error)
@@ -148,7 +148,7 @@ enum tw_status get_motion(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_motion_array(struct api_call *call, struct tw_error *error)
 {
-	return content_respond(call, RESOURCE_MOTION, BLOB_ARRAY, error);
+	return content_respond(call, RESOURCE_MOTION, BLOB_ARRAY, NULL, error);
 }
 
 enum tw_status delete_motion(struct api_call *call, struct tw_error *error)

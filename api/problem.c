@@ -37,6 +37,7 @@ static const struct {
 	{"head-too-large", 431},
 	{"too-many-connections", 503},
 	{"too-many-waiting", 503},
+	{"drawing-queued", 503},
 	{"version-not-supported", 505},
 	{"method-not-allowed", 405},
 	{"not-acceptable", 406},

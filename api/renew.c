@@ -66,7 +66,6 @@ static enum tw_status create_field(struct api_call *call, const struct resource 
 {
 	struct origin origin = {0};
 	struct resource field = {0};
-	enum resource_outcome outcome = RESOURCE_EXISTED;
 	enum tw_status status = origin_read(call, old->id, &origin, error);
 	const struct resource_draft draft = {
 		.owner = call->caller.owner,
@@ -77,11 +76,9 @@ static enum tw_status create_field(struct api_call *call, const struct resource 
 		.need_count = origin.need_count,
 	};
 	if (status == TW_OK)
-		status = resource_create(call->store, &draft, &field, &outcome, error);
+		status = resource_submit(call, &draft, &field, error);
 	if (status == TW_OK)
 		memcpy(id, field.id, STORE_ID_SIZE);
-	if (status == TW_OK && outcome != RESOURCE_EXISTED)
-		call_job_added(call);
 	resource_clear(&field);
 	origin_clear(&origin);
 	return status;

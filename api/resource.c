@@ -1,6 +1,5 @@
 #include "api/resource.h"
 
-#include "api/header.h"
 #include "api/job_view.h"
 #include "api/page.h"
 #include "api/resource_view.h"
@@ -123,52 +122,85 @@ static enum tw_status respond_created(struct api_call *call, const struct resour
 	return response_json(&call->response, is_final ? 200 : 202, json, error);
 }
 
-/* Prefer: wait. The connection is held for the job, at most as long as the service allows. */
-static void hold(struct api_call *call, const struct resource *resource)
-{
-	uint32_t wait_s = header_prefer_wait_s(call_header(call, "Prefer"));
-	if (wait_s > call->settings->wait_limit_s)
-		wait_s = call->settings->wait_limit_s;
-	if (!wait_s || !call_may_hold(call))
-		return;
-	response_header(&call->response, "Preference-Applied", "wait=%u", wait_s);
-	if (job_state_is_final(resource->job.state))
-		return;
-	call->wait.kind = resource->kind;
-	call->wait.until_ms = call_now_ms() + 1000 * (int64_t)wait_s;
-	memcpy(call->wait.resource_id, resource->id, STORE_ID_SIZE);
-	memcpy(call->wait.job_id, resource->job.id, STORE_ID_SIZE);
-}
-
-enum tw_status resource_respond_wanted(struct api_call *call, const struct resource *resource, struct tw_error *error)
-{
-	hold(call, resource);
-	return call->wait.job_id[0] ? TW_OK : respond_created(call, resource, error);
-}
-
-enum tw_status resource_respond_create(struct api_call *call, const struct resource_draft *draft,
-				       struct tw_error *error)
-{
-	struct resource resource = {0};
-	enum resource_outcome outcome = RESOURCE_CREATED;
-	enum tw_status status = resource_create(call->store, draft, &resource, &outcome, error);
-	if (status != TW_OK)
-		return status;
-	body_upload_release(&call->upload);
-	if (outcome != RESOURCE_EXISTED)
-		call_job_added(call);
-	status = resource_respond_wanted(call, &resource, error);
-	resource_clear(&resource);
-	return status;
-}
-
-enum tw_status resource_respond_awaited(struct api_call *call, struct tw_error *error)
+/* Answers for a resource whose creator has waited: with what it is now. */
+static enum tw_status respond_awaited(struct api_call *call, struct tw_error *error)
 {
 	struct resource resource = {0};
 	enum tw_status status = resource_get(call->store, call->caller.owner.tenant, call->wait.kind,
 					     call->wait.resource_id, &resource, error);
 	if (status == TW_OK)
 		status = respond_created(call, &resource, error);
+	resource_clear(&resource);
+	return status;
+}
+
+static void say_applied(struct api_call *call, uint32_t wait_s)
+{
+	char wait[24] = "";
+	bool cancels = call->submit.queue.transient;
+	if (wait_s)
+		snprintf(wait, sizeof wait, "wait=%u%s", wait_s, cancels ? ", " : "");
+	if (wait_s || cancels)
+		response_header(&call->response, "Preference-Applied", "%s%s", wait,
+				cancels ? "on_disconnect=cancel" : "");
+}
+
+/* Prefer: wait. The connection is held for the job, at most as long as the service allows. */
+static void hold(struct api_call *call, const struct resource *resource)
+{
+	uint32_t wait_s = call->submit.wait_s;
+	if (wait_s > call->settings->wait_limit_s)
+		wait_s = call->settings->wait_limit_s;
+	if (wait_s && !call_may_hold(call))
+		wait_s = 0;
+	say_applied(call, wait_s);
+	if (!wait_s || job_state_is_final(resource->job.state))
+		return;
+	call->wait.kind = resource->kind;
+	memcpy(call->wait.resource_id, resource->id, STORE_ID_SIZE);
+	call_hold(call, &resource->job, wait_s, respond_awaited);
+}
+
+enum tw_status resource_respond_wanted(struct api_call *call, const struct resource *resource, struct tw_error *error)
+{
+	hold(call, resource);
+	return call->wait.respond ? TW_OK : respond_created(call, resource, error);
+}
+
+/* Jobs that profit from what one worker has in memory: of what is made from the same, and dragged by the same hand. */
+static struct job_request queue_of(const struct api_call *call, const struct resource_draft *draft)
+{
+	struct job_request queue = call->submit.queue;
+	if (draft->need_count)
+		queue.affinity = job_affinity(draft->needs[0], queue.session);
+	return queue;
+}
+
+enum tw_status resource_submit(struct api_call *call, const struct resource_draft *draft, struct resource *resource,
+			       struct tw_error *error)
+{
+	struct resource_draft queued = *draft;
+	enum resource_outcome outcome = RESOURCE_CREATED;
+	queued.queue = queue_of(call, draft);
+	enum tw_status status = resource_create(call->store, &queued, resource, &outcome, error);
+	if (status != TW_OK)
+		return status;
+	if (queued.queue.supersedes)
+		call_job_asked(call);
+	if (outcome != RESOURCE_EXISTED)
+		call_job_added(call, queued.queue.class == JOB_INTERACTIVE);
+	return TW_OK;
+}
+
+enum tw_status resource_respond_create(struct api_call *call, const struct resource_draft *draft,
+				       struct tw_error *error)
+{
+	struct resource resource = {0};
+	enum tw_status status = resource_submit(call, draft, &resource, error);
+	if (status != TW_OK)
+		return status;
+	body_upload_release(&call->upload);
+	status = resource_respond_wanted(call, &resource, error);
 	resource_clear(&resource);
 	return status;
 }

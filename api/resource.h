@@ -21,6 +21,10 @@ enum tw_status resource_respond_list(struct api_call *call, enum resource_kind k
 enum tw_status resource_respond_delete(struct api_call *call, enum resource_kind kind,
 				       struct tw_error *error) TW_NODISCARD;
 
+/* Creates what the draft says, its job queued as the request asks for, and wakes the workers. */
+enum tw_status resource_submit(struct api_call *call, const struct resource_draft *draft, struct resource *resource,
+			       struct tw_error *error) TW_NODISCARD;
+
 /* Creates what the draft says and answers: 202 with Location for a new one, 200 for one that existed; holds the
  * connection while `Prefer: wait` asks for it. */
 enum tw_status resource_respond_create(struct api_call *call, const struct resource_draft *draft,
@@ -30,8 +34,5 @@ enum tw_status resource_respond_create(struct api_call *call, const struct resou
  * for it, else 200 for one whose job has ended, or 202. */
 enum tw_status resource_respond_wanted(struct api_call *call, const struct resource *resource,
 				       struct tw_error *error) TW_NODISCARD;
-
-/* Answers for a resource whose creator has waited: with what it is now. */
-enum tw_status resource_respond_awaited(struct api_call *call, struct tw_error *error) TW_NODISCARD;
 
 #endif

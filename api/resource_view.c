@@ -1,5 +1,6 @@
 #include "api/resource_view.h"
 
+#include "api/drawing_list.h"
 #include "api/job_view.h"
 #include "api/json.h"
 
@@ -111,6 +112,17 @@ static enum tw_status add_outdated(struct api_call *call, json_t *json, const st
 	return status;
 }
 
+/* What is made when somebody asks for it. */
+static enum tw_status add_drawings(struct api_call *call, json_t *list, const struct resource *layout, const char *path,
+				   struct tw_error *error)
+{
+	bool possible = false;
+	enum tw_status status = drawing_is_possible(call, layout, &possible, error);
+	if (status == TW_OK && possible)
+		drawing_add_to_list(list, path);
+	return status;
+}
+
 static enum tw_status add_contents(struct api_call *call, json_t *json, const struct resource *resource,
 				   const char *path, struct tw_error *error)
 {
@@ -121,6 +133,8 @@ static enum tw_status add_contents(struct api_call *call, json_t *json, const st
 	for (enum blob_role role = BLOB_UPLOAD; role <= BLOB_ARTIFACT && status == TW_OK; role++)
 		if (contains >> role & 1)
 			status = add_blobs(call, json, members[role], resource->id, role, path, error);
+	if (status == TW_OK && resource->kind == RESOURCE_LAYOUT)
+		status = add_drawings(call, json_object_get(json, members[BLOB_ARTIFACT]), resource, path, error);
 	return status;
 }
 

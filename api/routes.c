@@ -45,6 +45,7 @@ const struct route api_routes[] = {
 	{"GET", "/v1/layouts/{layout}/{artifact}", get_layout_artifact, NULL, ROUTE_NO_BODY, NULL, 0, READ},
 
 	{"GET", "/v1/jobs", list_jobs, JSON, ROUTE_NO_BODY, NULL, 0, READ},
+	{"POST", "/v1/jobs/cancel", cancel_jobs, JSON, ROUTE_NO_BODY, NULL, 0, SUBMIT | RIG},
 	{"POST", "/v1/jobs/redrive", redrive_jobs, JSON, ROUTE_NO_BODY, NULL, 0, SUBMIT | RIG},
 	{"GET", "/v1/jobs/{job}", get_job, JSON, ROUTE_NO_BODY, NULL, 0, READ},
 	{"GET", "/v1/jobs/{job}/events", get_job_events, "text/event-stream", ROUTE_NO_BODY, NULL, 0, READ},

@@ -7,7 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BLOB_COLUMNS "b.number, b.role, b.name, b.file_name, b.media_type, b.type, b.columns, b.rows, b.size, b.hash"
+#define BLOB_COLUMNS                                                                                                   \
+	"b.number, b.role, b.name, b.file_name, b.media_type, b.type, b.columns, b.rows, b.size, b.hash,"              \
+	" b.of_task * b.touched_ms"
 
 static void read_blob(struct sql *q, struct blob *blob)
 {
@@ -25,6 +27,7 @@ static void read_blob(struct sql *q, struct blob *blob)
 	memset(&blob->hash, 0, sizeof blob->hash);
 	if (hash && hash_size == sizeof blob->hash.bytes)
 		memcpy(blob->hash.bytes, hash, hash_size);
+	blob->read_ms = sql_int(q);
 }
 
 enum tw_status blob_find(struct store *store, const char *resource_id, enum blob_role role, const char *name,

@@ -30,6 +30,8 @@ struct blob {
 	uint64_t rows;
 	uint64_t size;            /* bytes */
 	struct content_hash hash; /* zero while it is being written */
+	int64_t read_ms; /* of a file that can be made again (task.h): when it was read, roughly, by the lease clock;
+			    else 0 */
 };
 
 /* The blob of a resource by role and name. TW_ERROR_NOT_FOUND "no-such-blob". */

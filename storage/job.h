@@ -69,6 +69,8 @@ const char *job_cancel_name(enum job_cancel cause); /* "asked" */
 struct job {
 	char id[STORE_ID_SIZE];
 	char resource_id[STORE_ID_SIZE]; /* "" where it makes no resource */
+	char subject_id[STORE_ID_SIZE];  /* of a task: what it works on, else "" */
+	char argument[BLOB_NAME_SIZE];   /* and which file of that it makes */
 	enum job_kind kind;
 	enum job_state state;
 	bool cancel_requested;
@@ -109,6 +111,8 @@ struct job_ticket {
 	uint32_t attempt; /* 1 for the first */
 	char job_id[STORE_ID_SIZE];
 	char resource_id[STORE_ID_SIZE]; /* "" where it makes no resource */
+	char subject_id[STORE_ID_SIZE];  /* of a task: what it works on, else "" */
+	char argument[BLOB_NAME_SIZE];   /* and which file of that it makes */
 	char session[JOB_WORD_SIZE];     /* as the request said, "" for none */
 	int64_t affinity;
 };

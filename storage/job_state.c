@@ -344,6 +344,7 @@ enum tw_status job_state_take(struct store *store, int64_t job, const char *work
 					", attempts = attempts + 1, fence = fence + 1, worker = ?,"
 					" lease_until_ms = ?, started_ms = ?, progress = 0, stage = '' WHERE number = ?"
 					" RETURNING number, fence, kind, attempts, id, session, affinity,"
+					" argument, (SELECT id FROM resource WHERE number = job.subject),"
 					" (SELECT id FROM resource WHERE number = job.resource)");
 	sql_bind_text(&q, worker);
 	sql_bind_int(&q, store_lease_now_ms(store) + ticket->lease_ms);
@@ -357,6 +358,8 @@ enum tw_status job_state_take(struct store *store, int64_t job, const char *work
 		sql_copy_text(&q, ticket->job_id, sizeof ticket->job_id);
 		sql_copy_text(&q, ticket->session, sizeof ticket->session);
 		ticket->affinity = sql_int(&q);
+		sql_copy_text(&q, ticket->argument, sizeof ticket->argument);
+		sql_copy_text(&q, ticket->subject_id, sizeof ticket->subject_id);
 		sql_copy_text(&q, ticket->resource_id, sizeof ticket->resource_id);
 	}
 	enum tw_status status = sql_run(&q, NULL, error);

@@ -240,6 +240,37 @@ enum tw_status job_cancel(struct store *store, int64_t tenant, const char *id, e
 	return transaction_end(store, status, error);
 }
 
+static enum tw_status cancel_if_unwanted(struct store *store, const char *id, int64_t requests, bool *cancelled,
+					 struct tw_error *error)
+{
+	int64_t number = 0;
+	enum job_state state = JOB_QUEUED;
+	struct sql q = sql_query(
+		store,
+		"SELECT number FROM job WHERE id = ?1 AND " SQL_UNFINISHED
+		" AND transient = ?2 AND transient > 0 AND NOT EXISTS (SELECT 1 FROM need n"
+		" JOIN job d ON d.resource = n.resource WHERE n.needed = job.resource AND d." SQL_UNFINISHED ")");
+	sql_bind_text(&q, id);
+	sql_bind_int(&q, requests);
+	*cancelled = sql_step(&q);
+	if (*cancelled)
+		number = sql_int(&q);
+	enum tw_status status = sql_end(&q, error);
+	return status == TW_OK && *cancelled ? job_state_cancel(store, number, JOB_CANCEL_UNWANTED, &state, error)
+					     : status;
+}
+
+enum tw_status job_cancel_unwanted(struct store *store, const char *id, int64_t requests, bool *cancelled,
+				   struct tw_error *error)
+{
+	*cancelled = false;
+	enum tw_status status = transaction_begin(store, false, error);
+	if (status != TW_OK)
+		return status;
+	status = cancel_if_unwanted(store, id, requests, cancelled, error);
+	return transaction_end(store, status, error);
+}
+
 static enum tw_status redrive_one(struct store *store, int64_t tenant, const char *id, struct tw_error *error)
 {
 	int64_t number = 0;

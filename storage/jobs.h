@@ -35,6 +35,12 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 enum tw_status job_cancel(struct store *store, int64_t tenant, const char *id, enum job_state *state,
 			  struct tw_error *error) TW_NODISCARD;
 
+/* Cancels a job for want of anybody who wants it: those of its requests that are gone are all that there were
+ * (`requests`, as struct job has it), and nothing that is yet to be made needs its resource. *cancelled says whether.
+ */
+enum tw_status job_cancel_unwanted(struct store *store, const char *id, int64_t requests, bool *cancelled,
+				   struct tw_error *error) TW_NODISCARD;
+
 /* Puts a failed or cancelled job back into the queue with fresh attempts, together with those failed or cancelled jobs
  * whose resources it needs. TW_ERROR_CONFLICT "job-not-failed". */
 enum tw_status job_redrive(struct store *store, int64_t tenant, const char *id, struct tw_error *error) TW_NODISCARD;

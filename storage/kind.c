@@ -84,11 +84,12 @@ static const struct resource_kind_row resource_kinds[] = {
 /* Room: what comes on top of the size of uploads and arrays that it is made from (job_state_expect_room); a layout of
  * 36 terminals with drawings, and a recording of an hour. */
 static const struct job_kind_row job_kinds[] = {
-	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH, JOB_POOL_WORKERS, 2 * MIB},
-	{JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION, JOB_POOL_WORKERS, 2 * MIB},
-	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD, JOB_POOL_WORKERS, 2 * MIB},
-	{JOB_COMPUTE_LAYOUT, "compute_layout", RESOURCE_LAYOUT, JOB_POOL_WORKERS, 8 * MIB},
-	{JOB_RECORD, "record", RESOURCE_RECORDING, JOB_POOL_RIG, 16 * MIB},
+	{JOB_IMPORT_MESH, "import_mesh", RESOURCE_MESH, JOB_POOL_WORKERS, 2 * MIB, RESOURCE_NONE, NULL},
+	{JOB_IMPORT_MOTION, "import_motion", RESOURCE_MOTION, JOB_POOL_WORKERS, 2 * MIB, RESOURCE_NONE, NULL},
+	{JOB_COMPUTE_FIELD, "compute_field", RESOURCE_FIELD, JOB_POOL_WORKERS, 2 * MIB, RESOURCE_NONE, NULL},
+	{JOB_COMPUTE_LAYOUT, "compute_layout", RESOURCE_LAYOUT, JOB_POOL_WORKERS, 8 * MIB, RESOURCE_NONE, NULL},
+	{JOB_RECORD, "record", RESOURCE_RECORDING, JOB_POOL_RIG, 16 * MIB, RESOURCE_NONE, NULL},
+	{JOB_DRAW, "draw", RESOURCE_NONE, JOB_POOL_WORKERS, 4 * MIB, RESOURCE_LAYOUT, "trees"},
 };
 
 static_assert(sizeof resource_kinds / sizeof *resource_kinds == RESOURCE_KINDS, "a row for each kind of resource");
@@ -102,7 +103,8 @@ const struct resource_kind_row *resource_kind_row(enum resource_kind kind)
 
 const struct job_kind_row *job_kind_row(enum job_kind kind)
 {
-	static const struct job_kind_row unknown = {JOB_KINDS, "unknown", RESOURCE_NONE, JOB_POOL_WORKERS, 0};
+	static const struct job_kind_row unknown = {JOB_KINDS, "unknown",     RESOURCE_NONE, JOB_POOL_WORKERS,
+						    0,         RESOURCE_NONE, NULL};
 	assert(kind >= JOB_KINDS || job_kinds[kind].kind == kind);
 	return kind < JOB_KINDS ? &job_kinds[kind] : &unknown;
 }

@@ -22,6 +22,7 @@ enum job_kind {
 	JOB_COMPUTE_FIELD,
 	JOB_COMPUTE_LAYOUT,
 	JOB_RECORD,
+	JOB_DRAW,
 	JOB_KINDS,
 };
 #define JOB_KIND_BIT(kind) (1u << (kind))
@@ -69,6 +70,10 @@ struct job_kind_row {
 	enum resource_kind resource; /* what it makes, or RESOURCE_NONE */
 	enum job_pool pool;
 	uint64_t room_bytes; /* what its result takes beside what grows with its input, rounded up */
+	/* Of a job that makes no resource but a file of one (task.h): of which kind that is, and which array of it the
+	 * file is made from; a resource without it has no such jobs. Else RESOURCE_NONE and NULL. */
+	enum resource_kind subject;
+	const char *source;
 };
 
 const struct resource_kind_row *resource_kind_row(enum resource_kind kind);

@@ -147,9 +147,13 @@ static enum tw_status finish(struct store *store, const struct job_ticket *ticke
 	enum tw_status status = job_state_check(store, ticket, &run, error);
 	if (status == TW_OK && run.cancel_requested)
 		return job_state_end(store, run.number, JOB_CANCELLED, NULL, error);
-	if (status == TW_OK && ticket->resource_id[0])
-		status = row_find_resource(store, TENANT_ANY, ticket->resource_id, &resource, error);
-	if (status == TW_OK && resource)
+	bool is_task = ticket->subject_id[0];
+	const char *id = is_task ? ticket->subject_id : ticket->resource_id;
+	if (status == TW_OK && *id)
+		status = row_find_resource(store, TENANT_ANY, id, &resource, error);
+	if (status == TW_OK && is_task)
+		status = result_write_file(store, resource, draft, error);
+	else if (status == TW_OK && resource)
 		status = result_write(store, resource, version_of(ticket), draft, error);
 	if (status != TW_OK)
 		return status;

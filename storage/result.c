@@ -3,6 +3,7 @@
 #include "storage/chunk.h"
 #include "storage/sql.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 /* The write lock is held for some milliseconds a megabyte: a result of 60 MiB kept others from writing for 0.4 s. */
@@ -145,6 +146,23 @@ static enum tw_status drop_upload(struct store *store, int64_t resource, const c
 	sql_bind_int(&q, BLOB_UPLOAD);
 	sql_bind_text(&q, part);
 	return sql_run(&q, NULL, error);
+}
+
+static enum tw_status mark_file(struct store *store, int64_t resource, const char *name, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "UPDATE blob SET of_task = 1 WHERE resource = ? AND role = ? AND name = ?");
+	sql_bind_int(&q, resource);
+	sql_bind_int(&q, BLOB_ARTIFACT);
+	sql_bind_text(&q, name);
+	return sql_run(&q, NULL, error);
+}
+
+enum tw_status result_write_file(struct store *store, int64_t resource, const struct result_draft *draft,
+				 struct tw_error *error)
+{
+	assert(draft->result->artifact_count == 1 && draft->result->array_count == 0);
+	enum tw_status status = write_blob(store, resource, draft, 0, error);
+	return status == TW_OK ? mark_file(store, resource, draft->result->artifacts[0].name, error) : status;
 }
 
 enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct result_draft *draft,

@@ -45,6 +45,10 @@ enum tw_status result_stage(struct store *store, const struct job_result *result
 enum tw_status result_write(struct store *store, int64_t resource, uint32_t version, const struct result_draft *draft,
 			    struct tw_error *error) TW_NODISCARD;
 
+/* The same for the one artifact of a task (task.h): a file of a resource that is there, which may be dropped again. */
+enum tw_status result_write_file(struct store *store, int64_t resource, const struct result_draft *draft,
+				 struct tw_error *error) TW_NODISCARD;
+
 /* Frees the draft, outside a transaction; what was written ahead and is nobody's is let go of. */
 void result_discard(struct store *store, struct result_draft *draft);
 

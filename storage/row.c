@@ -34,6 +34,8 @@ void row_read_job(struct sql *q, struct job *job)
 	job->not_before_ms = sql_int(q);
 	job->cancel_at_ms = sql_int(q);
 	sql_copy_text(q, job->group, sizeof job->group);
+	sql_copy_text(q, job->argument, sizeof job->argument);
+	sql_copy_text(q, job->subject_id, sizeof job->subject_id);
 }
 
 void row_read_resource(struct sql *q, struct resource *resource)

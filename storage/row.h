@@ -11,7 +11,8 @@
 	" j.progress, j.stage, j.partial, j.worker, j.created_ms, j.started_ms, j.finished_ms, j.lease_until_ms,"      \
 	" j.change, j.failure_status, j.failure_type, j.failure_where, j.failure_text, j.class, j.transient,"          \
 	" j.not_before_ms, j.cancel_at_ms,"                                                                            \
-	" (SELECT g.name FROM lane l JOIN job_group g ON g.number = l.job_group WHERE l.number = j.lane)"
+	" (SELECT g.name FROM lane l JOIN job_group g ON g.number = l.job_group WHERE l.number = j.lane),"             \
+	" j.argument, (SELECT id FROM resource WHERE number = j.subject)"
 #define ROW_RESOURCE_COLUMNS_BUT(options)                                                                              \
 	"r.id, r.tenant, r.client, r.kind, r.version, r.name, " options ", r.summary, r.created_ms, " ROW_JOB_COLUMNS
 #define ROW_RESOURCE_COLUMNS ROW_RESOURCE_COLUMNS_BUT("r.options")

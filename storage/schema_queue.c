@@ -112,6 +112,10 @@ const char schema_queue_jobs[] =
 	"CREATE INDEX job_superseded ON job(tenant, client, supersedes) WHERE state < 2 AND supersedes <> '';"
 	"CREATE INDEX job_by_subject ON job(subject, argument) WHERE subject IS NOT NULL;"
 
+	/* A file that a task has made, which may be dropped; touched_ms is when somebody read it, to the hour. */
+	"ALTER TABLE blob ADD COLUMN of_task INTEGER NOT NULL DEFAULT 0;"
+	"CREATE INDEX blob_of_task ON blob(touched_ms) WHERE of_task = 1 AND resource IS NOT NULL;"
+
 	"DROP TRIGGER job_count_added; DROP TRIGGER job_count_removed; DROP TRIGGER job_count_moved; DROP TABLE "
 	"job_count;"
 	"CREATE TABLE job_count("

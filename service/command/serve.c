@@ -45,6 +45,7 @@ struct daemon {
 	int64_t refresh_keys_ms; /* when keys are looked at next */
 	bool refresh_failed;     /* and that was told */
 	atomic_bool draining;
+	atomic_bool serves;                   /* supervisor and server are there */
 	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
 };
 
@@ -57,10 +58,10 @@ static int64_t now_ms(void)
 
 /* --- what the api asks of us ------------------------------------------------------------------------------------ */
 
-static void on_job_added(void *context)
+static void on_job_added(void *context, bool is_interactive)
 {
 	struct daemon *daemon = context;
-	supervisor_wake(daemon->supervisor);
+	supervisor_wake(daemon->supervisor, is_interactive);
 }
 
 /* Whoever waits for a job that was queued sees its end, too. */
@@ -165,7 +166,7 @@ static void on_worker_ended(void *context, pid_t pid, bool crashed)
 	worker_name(name, pid);
 	if (job_abandon(daemon->store, name, crashed, &error) != TW_OK)
 		log_error("abandon", &error);
-	supervisor_wake(daemon->supervisor);
+	supervisor_wake(daemon->supervisor, true);
 }
 
 static enum tw_status start_workers(struct daemon *daemon, struct tw_error *error)
@@ -175,6 +176,7 @@ static enum tw_status start_workers(struct daemon *daemon, struct tw_error *erro
 		.store_url = daemon->config.store,
 		.metrics = daemon->metrics,
 		.workers = (unsigned)daemon->config.workers,
+		.interactive_workers = (unsigned)daemon->config.interactive_workers,
 		.threads = (unsigned)daemon->config.worker_threads,
 		.memory_mib = (uint64_t)daemon->config.worker_memory_mib,
 		.lease_s = (unsigned)daemon->config.lease_s,
@@ -182,6 +184,23 @@ static enum tw_status start_workers(struct daemon *daemon, struct tw_error *erro
 		.context = daemon,
 	};
 	return supervisor_start(&daemon->supervisor, &settings, error);
+}
+
+/* The keeper begins before them: it looks after the store alone. */
+static void on_due(void *context)
+{
+	struct daemon *daemon = context;
+	if (!atomic_load(&daemon->serves))
+		return;
+	supervisor_wake(daemon->supervisor, true);
+	on_job_asked(daemon);
+}
+
+static enum tw_status start_keeper(struct daemon *daemon, struct tw_error *error)
+{
+	const struct keeper_settings settings = {
+		.store_url = daemon->config.store, .api = daemon->api, .due = on_due, .context = daemon};
+	return keeper_start(&daemon->keeper, &settings, error);
 }
 
 static struct http_limits http_limits_of(const struct config *config)
@@ -252,10 +271,13 @@ static enum tw_status start(struct daemon *daemon, struct tw_error *error)
 	if (status == TW_OK)
 		status = open_api(daemon, error);
 	if (status == TW_OK)
-		status = keeper_start(&daemon->keeper, config->store, daemon->api, error);
+		status = start_keeper(daemon, error);
 	if (status == TW_OK)
 		status = start_workers(daemon, error);
-	return status != TW_OK ? status : start_http(daemon, error);
+	if (status == TW_OK)
+		status = start_http(daemon, error);
+	atomic_store(&daemon->serves, status == TW_OK);
+	return status;
 }
 
 /* --- run -------------------------------------------------------------------------------------------------------- */
@@ -359,11 +381,20 @@ static void run(struct daemon *daemon)
 	}
 }
 
+/* Of keys, since the keeper has told them. */
+static void tell_last_uses(struct daemon *daemon)
+{
+	struct tw_error error = {0};
+	if (daemon->api && daemon->store && api_tell_uses(daemon->api, daemon->store, &error) != TW_OK)
+		log_error("key-uses", &error);
+}
+
 static void stop(struct daemon *daemon)
 {
+	keeper_stop(daemon->keeper); /* first: it wakes the others */
 	http_stop(daemon->http);
+	tell_last_uses(daemon);
 	supervisor_stop(daemon->supervisor);
-	keeper_stop(daemon->keeper);
 	api_close(daemon->api);
 	store_close(daemon->store);
 	metrics_free(daemon->metrics);

@@ -16,6 +16,7 @@ struct flags {
 	uint32_t memory_mib;
 	double lease_s;
 	double stall_s;
+	bool interactive_only;
 	bool help;
 };
 
@@ -67,6 +68,10 @@ static const struct option rows[] = {
 	 .fallback = UINT32_MAX,
 	 .maximum = UINT32_MAX,
 	 .help = "inherited pipe that gets a byte when a running job was asked to stop (used by serve)"},
+	{.name = "interactive_only",
+	 .kind = OPTION_FLAG,
+	 .offset = offsetof(struct flags, interactive_only),
+	 .help = "takes interactive jobs, and leaves all others"},
 	{.name = "help", .kind = OPTION_FLAG, .offset = offsetof(struct flags, help), .help = "this text"},
 };
 
@@ -121,6 +126,7 @@ static enum tw_status run(void *context, struct tw_error *error)
 		.wake_fd = flags->wake_fd == UINT32_MAX ? -1 : (int)flags->wake_fd,
 		.done_fd = flags->done_fd == UINT32_MAX ? -1 : (int)flags->done_fd,
 		.asked_fd = flags->asked_fd == UINT32_MAX ? -1 : (int)flags->asked_fd,
+		.interactive_only = flags->interactive_only,
 		.threads = flags->threads,
 		.memory_limit = (size_t)flags->memory_mib << 20,
 		.lease_ms = (int64_t)(flags->lease_s * 1000),

@@ -35,6 +35,8 @@ static const struct setting settings[] = {
 	{"store", TEXT(FIXED, store, "sqlite:tightwire.db",
 		       "URL of the store; limits may follow the path, ?limit_bytes=N&reserve_bytes=N")},
 	{"workers", INTEGER(FIXED, workers, "2", 0, 256, "worker processes")},
+	{"interactive-workers",
+	 INTEGER(FIXED, interactive_workers, "0", 0, 255, "of these, how many take interactive jobs only")},
 	{"worker-threads",
 	 INTEGER(FIXED, worker_threads, "1", 1, 256, "threads of one computation; never changes a result")},
 	{"worker-memory-mib",
@@ -270,6 +272,17 @@ static enum tw_status read_flags(struct config *config, int argc, char **argv, c
 	return TW_OK;
 }
 
+/* What no setting can say alone. */
+static enum tw_status check_together(const struct config *config, struct tw_error *error)
+{
+	if (config->interactive_workers == 0 || config->interactive_workers < config->workers)
+		return TW_OK;
+	return tw_fail(
+		error, TW_ERROR_INPUT, "setting", "interactive-workers",
+		"of %lld workers fewer than that can be kept for interactive jobs: somebody has to do the others",
+		(long long)config->workers);
+}
+
 enum tw_status config_read(struct config *config, int argc, char **argv, enum config_outcome *outcome,
 			   struct tw_error *error)
 {
@@ -283,7 +296,9 @@ enum tw_status config_read(struct config *config, int argc, char **argv, enum co
 		status = read_file(config, file, error);
 	if (status == TW_OK)
 		status = read_environment(config, error);
-	return status != TW_OK ? status : read_flags(config, argc, argv, &file, outcome, error);
+	if (status == TW_OK)
+		status = read_flags(config, argc, argv, &file, outcome, error);
+	return status == TW_OK ? check_together(config, error) : status;
 }
 
 static bool is_equal(const struct setting *setting, const struct config *a, const struct config *b)

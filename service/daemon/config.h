@@ -16,6 +16,7 @@ struct config {
 	char host_names[CONFIG_TEXT_SIZE];  /* with commas; "" for none */
 	char log_level[CONFIG_TEXT_SIZE];
 	int64_t workers;
+	int64_t interactive_workers; /* of these */
 	int64_t worker_threads;
 	int64_t worker_memory_mib;
 	int64_t lease_s;

@@ -4,6 +4,7 @@
 #include "service/rig/ending.h"
 #include "storage/queue.h"
 #include "storage/sweep.h"
+#include "storage/task.h"
 #include "storage/tenant.h"
 
 #include <pthread.h>
@@ -12,13 +13,15 @@
 #include <time.h>
 
 #define STEP_MS 1000
-#define USES_STEPS 5                     /* between two times that the use of keys is written down */
-#define SHRINK_STEPS 60                  /* between two times that pages go back to the file system */
-#define UPLOAD_AGE_MS (60ll * 60 * 1000) /* an upload that nobody has finished for so long is removed */
+#define LEAST_MS 5                        /* between two looks at what is due */
+#define USES_STEPS 5                      /* between two times that the use of keys is written down */
+#define SHRINK_STEPS 60                   /* between two times that pages go back to the file system */
+#define SHORT_OF_ROOM_BYTES (64ull << 20) /* some layouts' worth: what takes the place of drawings */
+#define UPLOAD_AGE_MS (60ll * 60 * 1000)  /* an upload that nobody has finished for so long is removed */
 
 struct keeper {
 	struct store *store; /* owned; the thread's */
-	struct api *api;     /* borrowed */
+	struct keeper_settings settings;
 	pthread_t thread;
 	pthread_mutex_t mutex;
 	pthread_cond_t changed;
@@ -62,27 +65,55 @@ static enum tw_status sweep_all(struct keeper *keeper, struct tw_error *error)
 
 /* What was told of each kind of trouble. */
 struct told {
-	bool leases, recordings, tenants, sweep, uses, shrink;
+	bool due, recordings, tenants, files, sweep, uses, shrink;
 };
+
+static int64_t now_ms(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* Milliseconds until something is due, STEP_MS at most. */
+static int64_t next_due_ms(struct keeper *keeper)
+{
+	int64_t due_ms = -1;
+	if (job_next_due(keeper->store, &due_ms, NULL) != TW_OK || due_ms < 0 || due_ms > STEP_MS)
+		return STEP_MS;
+	return due_ms;
+}
+
+static void end_what_is_due(struct keeper *keeper, struct told *told)
+{
+	struct tw_error error = {0};
+	if (next_due_ms(keeper) > 0)
+		return;
+	note("due", job_expire(keeper->store, &error), &error, &told->due);
+	keeper->settings.due(keeper->settings.context);
+}
 
 static void take_step(struct keeper *keeper, unsigned step, struct told *told)
 {
 	struct tw_error error = {0};
-	note("leases", job_expire(keeper->store, &error), &error, &told->leases);
 	note("recordings", recording_end_abandoned(keeper->store, &error), &error, &told->recordings);
 	if (step % USES_STEPS == USES_STEPS - 1)
-		note("key-uses", api_tell_uses(keeper->api, keeper->store, &error), &error, &told->uses);
+		note("key-uses", api_tell_uses(keeper->settings.api, keeper->store, &error), &error, &told->uses);
 	note("tenants", sweep_tenants(keeper, &error), &error, &told->tenants);
+	note("drawings", task_drop_files(keeper->store, SHORT_OF_ROOM_BYTES, &error), &error, &told->files);
 	note("sweep", sweep_all(keeper, &error), &error, &told->sweep);
 	if (step % SHRINK_STEPS == SHRINK_STEPS - 1)
 		note("shrink", store_shrink(keeper->store, &error), &error, &told->shrink);
 }
 
-static bool wait_for_next(struct keeper *keeper)
+static bool wait_for_next(struct keeper *keeper, int64_t wait_ms)
 {
 	struct timespec until;
 	clock_gettime(CLOCK_MONOTONIC, &until);
-	until.tv_sec += STEP_MS / 1000;
+	until.tv_sec += wait_ms / 1000;
+	until.tv_nsec += wait_ms % 1000 * 1000000;
+	until.tv_sec += until.tv_nsec / 1000000000;
+	until.tv_nsec %= 1000000000;
 	pthread_mutex_lock(&keeper->mutex);
 	int code = 0;
 	while (!keeper->stop && code == 0)
@@ -97,11 +128,16 @@ static void *run(void *context)
 	struct keeper *keeper = context;
 	struct told told = {false};
 	unsigned step = 0;
-	struct tw_error error = {0};
-	do
-		take_step(keeper, step++, &told);
-	while (wait_for_next(keeper));
-	note("key-uses", api_tell_uses(keeper->api, keeper->store, &error), &error, &told.uses);
+	int64_t step_at_ms = now_ms(), wait_ms = 0;
+	do {
+		end_what_is_due(keeper, &told);
+		if (now_ms() >= step_at_ms) {
+			take_step(keeper, step++, &told);
+			step_at_ms = now_ms() + STEP_MS;
+		}
+		wait_ms = next_due_ms(keeper);
+		wait_ms = wait_ms > LEAST_MS ? wait_ms : LEAST_MS;
+	} while (wait_for_next(keeper, wait_ms));
 	return NULL;
 }
 
@@ -130,13 +166,13 @@ static void destroy(struct keeper *keeper)
 	free(keeper);
 }
 
-enum tw_status keeper_start(struct keeper **keeper, const char *store_url, struct api *api, struct tw_error *error)
+enum tw_status keeper_start(struct keeper **keeper, const struct keeper_settings *settings, struct tw_error *error)
 {
 	struct keeper *made = calloc(1, sizeof *made);
 	if (!made)
 		return tw_fail_memory(error);
-	made->api = api;
-	enum tw_status status = store_open_existing(&made->store, store_url, error);
+	made->settings = *settings;
+	enum tw_status status = store_open_existing(&made->store, settings->store_url, error);
 	if (status != TW_OK) {
 		free(made);
 		return status;

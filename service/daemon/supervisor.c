@@ -31,7 +31,7 @@ struct child {
 
 struct supervisor {
 	struct supervisor_settings settings;
-	int wake[2], done[2]; /* pipes: [0] to read, [1] to write */
+	int wake[2], wake_interactive[2], done[2]; /* pipes: [0] to read, [1] to write */
 	bool draining;
 	struct child workers[]; /* [settings.workers] */
 };
@@ -65,19 +65,24 @@ static enum tw_status open_pipe(int ends[2], struct tw_error *error)
 	return TW_OK;
 }
 
-void supervisor_wake(struct supervisor *supervisor)
+/* A full pipe holds more wakes than there are workers: one more would change nothing. */
+static void add_byte(int pipe)
 {
-	/* A full pipe holds more wakes than there are workers: one more would change nothing. */
-	if (write(supervisor->wake[1], "", 1) < 0)
+	if (write(pipe, "", 1) < 0)
 		return;
+}
+
+void supervisor_wake(struct supervisor *supervisor, bool is_interactive)
+{
+	add_byte(supervisor->wake[1]);
+	if (is_interactive && supervisor->settings.interactive_workers > 0)
+		add_byte(supervisor->wake_interactive[1]);
 }
 
 void supervisor_tell_asked(struct supervisor *supervisor)
 {
-	/* A full pipe holds the news already. */
 	for (unsigned i = 0; i < supervisor->settings.workers; i++)
-		if (write(supervisor->workers[i].asked[1], "", 1) < 0)
-			continue;
+		add_byte(supervisor->workers[i].asked[1]);
 }
 
 int supervisor_done_fd(const struct supervisor *supervisor)
@@ -96,6 +101,12 @@ bool supervisor_take_done(struct supervisor *supervisor)
 
 /* --- processes -------------------------------------------------------------------------------------------------- */
 
+/* The first ones are. */
+static bool is_for_interactive(const struct supervisor *supervisor, const struct child *worker)
+{
+	return worker - supervisor->workers < (ptrdiff_t)supervisor->settings.interactive_workers;
+}
+
 static int spawn_worker(const struct supervisor *supervisor, struct child *worker)
 {
 	const struct supervisor_settings *settings = &supervisor->settings;
@@ -108,7 +119,10 @@ static int spawn_worker(const struct supervisor *supervisor, struct child *worke
 	snprintf(asked, sizeof asked, "--asked-fd=%d", WORKER_ASKED_FD);
 	char *arguments[] = {"tightwire", "worker", "--store", (char *)settings->store_url,
 			     threads,     memory,   lease,     wake,
-			     done,        asked,    NULL};
+			     done,        asked,    NULL,      NULL};
+	bool is_interactive = is_for_interactive(supervisor, worker);
+	if (is_interactive)
+		arguments[sizeof arguments / sizeof *arguments - 2] = "--interactive-only";
 	static const int inherited[] = {SIGPIPE, SIGCHLD, SIGHUP, SIGTERM, SIGINT};
 	posix_spawn_file_actions_t files;
 	posix_spawnattr_t attributes;
@@ -119,7 +133,8 @@ static int spawn_worker(const struct supervisor *supervisor, struct child *worke
 	for (size_t i = 0; i < sizeof inherited / sizeof *inherited; i++)
 		sigaddset(&defaults, inherited[i]);
 	posix_spawn_file_actions_init(&files);
-	posix_spawn_file_actions_adddup2(&files, supervisor->wake[0], WORKER_WAKE_FD);
+	posix_spawn_file_actions_adddup2(&files, is_interactive ? supervisor->wake_interactive[0] : supervisor->wake[0],
+					 WORKER_WAKE_FD);
 	posix_spawn_file_actions_adddup2(&files, supervisor->done[1], WORKER_DONE_FD);
 	posix_spawn_file_actions_adddup2(&files, worker->asked[0], WORKER_ASKED_FD);
 	posix_spawnattr_init(&attributes);
@@ -145,7 +160,8 @@ static void start_worker(struct supervisor *supervisor, struct child *worker)
 	int code = spawn_worker(supervisor, worker);
 	worker->started_ms = now_ms();
 	if (!code) {
-		log_event(LOG_LEVEL_INFO, "worker-started", "pid=%d", (int)worker->pid);
+		log_event(LOG_LEVEL_INFO, "worker-started", "pid=%d%s", (int)worker->pid,
+			  is_for_interactive(supervisor, worker) ? " jobs=interactive" : "");
 		return;
 	}
 	worker->pid = 0;
@@ -191,10 +207,14 @@ enum tw_status supervisor_start(struct supervisor **supervisor, const struct sup
 	if (!made)
 		return tw_fail_memory(error);
 	made->settings = *settings;
-	made->wake[0] = made->wake[1] = made->done[0] = made->done[1] = -1;
+	memset(made->wake, -1, sizeof made->wake);
+	memset(made->wake_interactive, -1, sizeof made->wake_interactive);
+	memset(made->done, -1, sizeof made->done);
 	for (unsigned i = 0; i < settings->workers; i++)
 		made->workers[i] = (struct child){.pause_ms = PAUSE_FIRST_MS, .asked = {-1, -1}};
 	enum tw_status status = open_pipe(made->wake, error);
+	if (status == TW_OK)
+		status = open_pipe(made->wake_interactive, error);
 	if (status == TW_OK)
 		status = open_pipe(made->done, error);
 	for (unsigned i = 0; status == TW_OK && i < settings->workers; i++)
@@ -248,6 +268,7 @@ void supervisor_stop(struct supervisor *supervisor)
 	for (unsigned i = 0; i < supervisor->settings.workers; i++)
 		close_pipe(supervisor->workers[i].asked);
 	close_pipe(supervisor->wake);
+	close_pipe(supervisor->wake_interactive);
 	close_pipe(supervisor->done);
 	free(supervisor);
 }

@@ -1,10 +1,10 @@
 /* The worker processes of the daemon: N of `tightwire worker`, replaced when they end, with a pause that doubles while
  * they keep dying.
  *
- * Pipes join them to the daemon. A byte in the wake pipe wakes one idle worker; its end of file tells the workers that
- * the daemon is gone. A byte in the done pipe tells the daemon that a job has ended. Every worker has a pipe of its own
- * besides: a byte says that a running job, its own perhaps, was asked to stop. All are hints: workers and daemon also
- * look into the store by themselves. */
+ * Pipes join them to the daemon. A byte in a wake pipe, of which those that are kept for interactive jobs have one of
+ * their own, wakes one idle worker; its end of file tells the workers that the daemon is gone. A byte in the done pipe
+ * tells the daemon that a job has ended. Every worker has a pipe of its own besides: a byte says that a running job,
+ * its own perhaps, was asked to stop. All are hints: workers and daemon also look into the store by themselves. */
 #ifndef SERVICE_DAEMON_SUPERVISOR_H
 #define SERVICE_DAEMON_SUPERVISOR_H
 
@@ -21,7 +21,8 @@ struct supervisor_settings {
 	const char *store_url;   /* all borrowed */
 	struct metrics *metrics; /* may be NULL */
 	unsigned workers;
-	unsigned threads; /* these three are handed to every worker: service/worker.h */
+	unsigned interactive_workers; /* of these, that take interactive jobs only */
+	unsigned threads;             /* these three are handed to every worker: service/worker.h */
 	uint64_t memory_mib;
 	unsigned lease_s;
 	/* A worker is dead: its job need not wait for its lease. `crashed`: it died by itself, while nobody asked it to
@@ -34,8 +35,9 @@ struct supervisor_settings {
 enum tw_status supervisor_start(struct supervisor **supervisor, const struct supervisor_settings *settings,
 				struct tw_error *error) TW_NODISCARD;
 
-/* Wakes an idle worker. May be called from any thread. */
-void supervisor_wake(struct supervisor *supervisor);
+/* Wakes an idle worker, and where there may be interactive work, one more of those that do nothing else. May be called
+ * from any thread. */
+void supervisor_wake(struct supervisor *supervisor, bool is_interactive);
 
 /* Tells all workers that a running job was asked to stop, or was removed. May be called from any thread. */
 void supervisor_tell_asked(struct supervisor *supervisor);

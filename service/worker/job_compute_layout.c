@@ -1,8 +1,8 @@
-/* The job that makes a layout: the field and the request to the solver, its artifacts back. */
+/* The job that makes a layout: the field and the request to the solver, its figures back, and the trees, of which
+ * drawings are made when somebody asks for them (job_draw.c). */
+#include "service/worker/layout_work.h"
 #include "service/worker/motion_means.h"
 #include "service/worker/motion_source.h"
-#include "service/worker/work.h"
-#include "solver/layout/layout.h"
 #include "solver/steiner/warm/warm.h"
 
 #include <stdlib.h>
@@ -16,20 +16,6 @@ struct drag {
 	struct layout_found found;
 };
 
-/* The motions are the field's. */
-struct layout_work {
-	struct work *work;
-	const struct cached_mesh *mesh;
-	const struct cached_field *field;
-	const struct layout_base *base;    /* NULL where it does not fit the cache */
-	char (*motion_ids)[STORE_ID_SIZE]; /* owned */
-	const char **motion_names;         /* owned list of owned names */
-	bool *motion_has_frames;           /* owned */
-	size_t motion_count;
-	struct drag *drag;         /* in the job's arena; NULL where the job is in none */
-	struct blob_source source; /* of the motion that is open; cleared when the next is opened */
-};
-
 static void tell_progress(void *context, const struct layout_progress *progress)
 {
 	struct layout_work *layout = context;
@@ -40,12 +26,6 @@ static void tell_progress(void *context, const struct layout_progress *progress)
 	json_decref(json);
 	pulse_tell(layout->work->pulse, progress->share, progress->stage, partial);
 	free(partial);
-}
-
-static bool is_cancelled(void *context)
-{
-	struct layout_work *layout = context;
-	return work_is_stopped(layout->work);
 }
 
 static enum tw_status open_motion(void *context, uint32_t motion, struct motion_reader **reader, struct tw_error *error)
@@ -71,59 +51,18 @@ static enum tw_status read_mean(void *context, uint32_t motion, double *density,
 	return status;
 }
 
-/* Motions of which no frames were kept have shaped the field, but cannot show how the wires stretch. */
-static enum tw_status find_motions_with_frames(struct layout_work *layout, struct tw_error *error)
-{
-	enum tw_status status = TW_OK;
-	layout->motion_has_frames = calloc(layout->motion_count + 1, sizeof *layout->motion_has_frames);
-	if (!layout->motion_has_frames)
-		return tw_fail_memory(error);
-	for (size_t i = 0; i < layout->motion_count && status == TW_OK; i++)
-		status = motion_has_frames(layout->work->store, layout->motion_ids[i], &layout->motion_has_frames[i],
-					   error);
-	return status;
-}
-
-static enum tw_status read_motion_names(struct layout_work *layout, struct tw_error *error)
-{
-	layout->motion_names = calloc(layout->motion_count + 1, sizeof *layout->motion_names);
-	if (!layout->motion_names)
-		return tw_fail_memory(error);
-	for (size_t i = 0; i < layout->motion_count; i++) {
-		struct resource motion;
-		enum tw_status status = resource_get(layout->work->store, TENANT_ANY, RESOURCE_MOTION,
-						     layout->motion_ids[i], &motion, error);
-		if (status != TW_OK)
-			return status;
-		layout->motion_names[i] = motion.name;
-		motion.name = NULL;
-		resource_clear(&motion);
-	}
-	return TW_OK;
-}
-
-static void clear(struct layout_work *layout)
-{
-	for (size_t i = 0; layout->motion_names && i < layout->motion_count; i++)
-		free((char *)layout->motion_names[i]);
-	free(layout->motion_names);
-	free(layout->motion_has_frames);
-	free(layout->motion_ids);
-	blob_source_clear(&layout->source);
-}
-
 static enum tw_status take_output(struct work *work, const struct layout_output *output, struct tw_error *error)
 {
-	struct job_artifact *artifacts = ARENA_ARRAY(work->arena, output->artifact_count, struct job_artifact);
-	if (!artifacts)
+	struct tw_array *trees = ARENA_ARRAY(work->arena, 1, struct tw_array);
+	if (!trees)
 		return tw_fail_memory(error);
-	for (uint32_t i = 0; i < output->artifact_count; i++) {
-		const struct layout_artifact *from = &output->artifacts[i];
-		artifacts[i] = (struct job_artifact){from->name, from->media_type, from->bytes, from->size};
-	}
-	work->result.artifacts = artifacts;
-	work->result.artifact_count = output->artifact_count;
-	return work_summary(work, layout_summary_show(&output->summary), error);
+	enum tw_status status = layout_work_take_files(work, output, error);
+	if (status == TW_OK)
+		status = trees_to_array(&output->trees, work->arena, trees, error);
+	trees->name = job_kind_row(JOB_DRAW)->source;
+	work->result.arrays = trees;
+	work->result.array_count = 1;
+	return status == TW_OK ? work_summary(work, layout_summary_show(&output->summary), error) : status;
 }
 
 static bool is_wanted(void *context)
@@ -153,82 +92,49 @@ static void prepare_next(struct work *work)
 		warm_states_settle(work->warm_states);
 }
 
-static enum tw_status join_drag(struct layout_work *layout, struct tw_error *error)
+/* *drag lies in the job's arena; NULL where the job is in none. */
+static enum tw_status join_drag(struct work *work, struct drag **drag, struct tw_error *error)
 {
-	struct work *work = layout->work;
+	*drag = NULL;
 	if (!work->affinity)
 		return TW_OK;
-	layout->drag = ARENA_ZEROED(work->arena, 1, struct drag);
-	if (!layout->drag)
+	*drag = ARENA_ZEROED(work->arena, 1, struct drag);
+	if (!*drag)
 		return tw_fail_memory(error);
-	layout->drag->warm = warm_states_get(work->warm_states, work->affinity, &layout->drag->is_first);
-	return layout->drag->warm ? TW_OK : tw_fail_memory(error);
+	(*drag)->warm = warm_states_get(work->warm_states, work->affinity, &(*drag)->is_first);
+	return (*drag)->warm ? TW_OK : tw_fail_memory(error);
 }
 
-static void leave_drag(struct layout_work *layout, const struct layout_output *output)
+static void leave_drag(struct work *work, struct drag *drag, const struct layout_output *output)
 {
-	struct work *work = layout->work;
-	if (!layout->drag || !steiner_warm_is_due(layout->drag->warm) || !output->found.tree.is_unique)
+	if (!drag || !steiner_warm_is_due(drag->warm) || !output->found.tree.is_unique)
 		return;
-	layout->drag->found = output->found;
+	drag->found = output->found;
 	work->later = prepare_next;
-	work->left = layout->drag;
+	work->left = drag;
 }
 
 static enum tw_status compute(struct layout_work *layout, const struct layout_request *request, struct tw_error *error)
 {
-	struct work *work = layout->work;
+	struct drag *drag = NULL;
+	enum tw_status status = join_drag(layout->work, &drag, error);
+	if (status != TW_OK)
+		return status;
 	struct layout_output output;
-	struct layout_input input = {
-		.garment = &layout->mesh->garment,
-		.topology = &layout->mesh->topology,
-		.field = &layout->field->field,
-		.base = layout->base,
-		.request = request,
-		.motion_name = layout->motion_names,
-		.motion_count = (uint32_t)layout->motion_count,
-		.motion_has_frames = layout->motion_has_frames,
-		.threads = work->threads,
-		.warm = layout->drag ? layout->drag->warm : NULL,
-		.memory_limit = work->search_limit,
-		.motion_open = open_motion,
-		.motion_mean = read_mean,
-		.progress = tell_progress,
-		.cancelled = is_cancelled,
-		.context = layout,
-	};
-	enum tw_status status = layout_compute(&input, work->arena, &output, error);
+	struct layout_input input = layout_work_input(layout);
+	input.request = request;
+	input.file = layout_file_name(0);
+	input.motion_name = layout->motion_names;
+	input.motion_count = (uint32_t)layout->motion_count;
+	input.motion_has_frames = layout->motion_has_frames;
+	input.motion_open = open_motion;
+	input.motion_mean = read_mean;
+	input.progress = tell_progress;
+	input.warm = drag ? drag->warm : NULL;
+	status = layout_compute(&input, layout->work->arena, &output, error);
 	if (status == TW_OK)
-		leave_drag(layout, &output);
-	return status == TW_OK ? take_output(work, &output, error) : status;
-}
-
-/* Loads mesh, field and motions of the one field that the layout is made from. */
-static enum tw_status load(struct layout_work *layout, struct tw_error *error)
-{
-	struct work *work = layout->work;
-	char(*fields)[STORE_ID_SIZE] = NULL;
-	char mesh_id[STORE_ID_SIZE];
-	size_t count = 0;
-	enum tw_status status = resource_needs(work->store, work->resource->id, RESOURCE_FIELD, &fields, &count, error);
-	if (status == TW_OK && count != 1)
-		status = tw_fail(error, TW_ERROR_INPUT, "one-field", NULL, "a layout is made from one field, not %zu",
-				 count);
-	if (status == TW_OK)
-		status = work_find_mesh(work, fields[0], mesh_id, error);
-	if (status == TW_OK)
-		status = cache_mesh(work->cache, work->store, mesh_id, &layout->mesh, error);
-	if (status == TW_OK)
-		status = cache_field(work->cache, work->store, fields[0], layout->mesh, &layout->field, error);
-	if (status == TW_OK)
-		status = cache_base(work->cache, layout->mesh, layout->field, &layout->base, error);
-	if (status == TW_OK)
-		status = resource_needs(work->store, fields[0], RESOURCE_MOTION, &layout->motion_ids,
-					&layout->motion_count, error);
-	free(fields);
-	if (status == TW_OK)
-		status = find_motions_with_frames(layout, error);
-	return status == TW_OK ? read_motion_names(layout, error) : status;
+		leave_drag(layout->work, drag, &output);
+	return status == TW_OK ? take_output(layout->work, &output, error) : status;
 }
 
 enum tw_status job_compute_layout(struct work *work, struct tw_error *error)
@@ -241,12 +147,12 @@ enum tw_status job_compute_layout(struct work *work, struct tw_error *error)
 		return status;
 	status = work_step(work, 0, "loading", error);
 	if (status == TW_OK)
-		status = load(&layout, error);
+		status = layout_work_load(&layout, work, work->resource->id, error);
 	if (status == TW_OK)
-		status = join_drag(&layout, error);
+		status = layout_work_load_motions(&layout, error);
 	if (status == TW_OK)
 		status = compute(&layout, &request, error);
-	clear(&layout);
+	layout_work_clear(&layout);
 	layout_request_clear(&request);
 	return status;
 }

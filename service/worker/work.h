@@ -23,12 +23,14 @@ struct work_shares {
 struct work_shares work_shares_of(size_t limit, enum job_kind kind);
 
 struct work {
-	struct store *store;             /* borrowed; the worker's connection */
-	const struct resource *resource; /* borrowed; what is to be made; NULL where the job makes no resource */
-	struct cache *cache;             /* borrowed; the last garment and field */
-	struct pulse *pulse;             /* borrowed */
-	struct arena *arena;             /* borrowed; the result lies here */
-	bool (*stop)(void);              /* the process was asked to stop at once */
+	struct store *store; /* borrowed; the worker's connection */
+	/* Borrowed; what is to be made, or, where the job makes no resource, what it works on; NULL: nothing. */
+	const struct resource *resource;
+	const char *argument; /* borrowed; what of that it makes; "" where the job's kind says all */
+	struct cache *cache;  /* borrowed; the last garment and field */
+	struct pulse *pulse;  /* borrowed */
+	struct arena *arena;  /* borrowed; the result lies here */
+	bool (*stop)(void);   /* the process was asked to stop at once */
 	unsigned threads;
 	size_t search_limit; /* bytes of scratch for a search; 0 for none */
 	struct job_result result;
@@ -48,6 +50,7 @@ enum tw_status job_import_mesh(struct work *work, struct tw_error *error) TW_NOD
 enum tw_status job_import_motion(struct work *work, struct tw_error *error) TW_NODISCARD;
 enum tw_status job_compute_field(struct work *work, struct tw_error *error) TW_NODISCARD;
 enum tw_status job_compute_layout(struct work *work, struct tw_error *error) TW_NODISCARD;
+enum tw_status job_draw(struct work *work, struct tw_error *error) TW_NODISCARD;
 
 /* --- what they share -------------------------------------------------------------------------------------------- */
 

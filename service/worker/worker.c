@@ -24,6 +24,7 @@ enum {
 	IDLE_POLL_MS =
 		50, /* between looks at an empty queue, where nobody wakes us: jobs that others added or put off */
 	TROUBLE_PAUSE_MS = 1000, /* after the store has failed */
+	WARM_MAX = 4,            /* drags that it takes for warm: as many as designers may share a worker */
 };
 
 static const struct handler {
@@ -34,6 +35,7 @@ static const struct handler {
 	{JOB_IMPORT_MOTION, job_import_motion},
 	{JOB_COMPUTE_FIELD, job_compute_field},
 	{JOB_COMPUTE_LAYOUT, job_compute_layout},
+	{JOB_DRAW, job_draw},
 };
 
 /* How many times the process was asked to stop. */
@@ -59,6 +61,8 @@ struct worker {
 	struct pulse *pulse;
 	struct cache *cache;
 	struct warm_states *warm_states;
+	int64_t warm[WARM_MAX]; /* affinities of the last jobs, the last one first */
+	size_t warm_count;
 };
 
 void worker_name(char name[WORKER_NAME_SIZE], pid_t pid)
@@ -128,12 +132,21 @@ static void rest_for(int64_t pause_ms)
 	nanosleep(&pause, NULL);
 }
 
+/* To the moment when something is due; a moment at least, should there be nobody who can see to that. */
+static int idle_ms(const struct worker *worker)
+{
+	int64_t due_ms = -1;
+	if (job_next_due(worker->store, &due_ms, NULL) != TW_OK || due_ms < 0 || due_ms > IDLE_POLL_MS)
+		return IDLE_POLL_MS;
+	return due_ms > 0 ? (int)due_ms : 1;
+}
+
 /* One byte is one worker's: the others sleep on. */
 static void wait_for_work(struct worker *worker)
 {
 	char byte;
 	struct pollfd wake = {worker->settings->wake_fd, POLLIN, 0};
-	if (poll(&wake, 1, IDLE_POLL_MS) > 0)
+	if (poll(&wake, 1, idle_ms(worker)) > 0)
 		worker->orphaned = read(wake.fd, &byte, 1) == 0;
 }
 
@@ -228,9 +241,12 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	struct tw_error failure = {0};
 	struct resource resource = {0};
 	const struct work_shares shares = work_shares_of(worker->settings->memory_limit, ticket->kind);
+	const struct job_kind_row *kind = job_kind_row(ticket->kind);
+	const char *id = ticket->resource_id[0] ? ticket->resource_id : ticket->subject_id;
 	struct work work = {
 		.store = worker->store,
-		.resource = ticket->resource_id[0] ? &resource : NULL,
+		.resource = *id ? &resource : NULL,
+		.argument = ticket->argument,
 		.cache = worker->cache,
 		.pulse = worker->pulse,
 		.arena = arena_new(shares.arena),
@@ -245,8 +261,8 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 	pulse_begin(worker->pulse, ticket);
 	enum tw_status status = work.arena ? TW_OK : tw_fail_memory(&failure);
 	if (status == TW_OK && work.resource)
-		status = resource_get(worker->store, TENANT_ANY, job_kind_row(ticket->kind)->resource,
-				      ticket->resource_id, &resource, &failure);
+		status = resource_get(worker->store, TENANT_ANY,
+				      ticket->resource_id[0] ? kind->resource : kind->subject, id, &resource, &failure);
 	if (status == TW_OK)
 		status = compute(worker, ticket->kind, &work, &failure);
 	end_job(worker, ticket, &work.result, status, &failure);
@@ -258,6 +274,45 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 
 /* --- the loop --------------------------------------------------------------------------------------------------- */
 
+static enum tw_status claim(struct worker *worker, struct job_ticket *ticket, bool *found, struct tw_error *error)
+{
+	const struct claim_query query = {
+		.kinds = worker->kinds,
+		.classes = worker->settings->interactive_only ? JOB_CLASS_BIT(JOB_INTERACTIVE) : 0,
+		.worker = worker->name,
+		.lease_ms = worker->settings->lease_ms,
+		.affinities = worker->warm,
+		.affinity_count = worker->warm_count,
+	};
+	return job_claim(worker->store, &query, ticket, found, error);
+}
+
+/* What the last jobs were made from is in memory yet: the last one first. */
+static void remember(struct worker *worker, int64_t affinity)
+{
+	size_t at = 0;
+	if (!affinity)
+		return;
+	while (at < worker->warm_count && worker->warm[at] != affinity)
+		at++;
+	if (at == WARM_MAX)
+		at--;
+	else if (at == worker->warm_count)
+		worker->warm_count++;
+	memmove(worker->warm + 1, worker->warm, at * sizeof *worker->warm);
+	worker->warm[0] = affinity;
+}
+
+/* The byte that came with a job is no news any more once the job is claimed. (One read too many only costs whoever
+ * waits for it some milliseconds.) */
+static void take_wake(const struct worker *worker)
+{
+	char byte;
+	struct pollfd wake = {worker->settings->wake_fd, POLLIN, 0};
+	if (poll(&wake, 1, 0) > 0 && wake.revents & POLLIN && read(wake.fd, &byte, 1) < 0)
+		return;
+}
+
 static enum tw_status work_until_stopped(struct worker *worker, struct tw_error *error)
 {
 	while (!stop_requests && !worker->orphaned) {
@@ -266,18 +321,16 @@ static enum tw_status work_until_stopped(struct worker *worker, struct tw_error 
 		*error = (struct tw_error){0};
 		enum tw_status status = store_check_place(worker->store, error);
 		if (status == TW_OK)
-			status = job_claim(worker->store,
-					   &(struct claim_query){.kinds = worker->kinds,
-								 .worker = worker->name,
-								 .lease_ms = worker->settings->lease_ms},
-					   &ticket, &found, error);
+			status = claim(worker, &ticket, &found, error);
 		if (status != TW_OK && is_gone_store(error))
 			return status;
 		if (status != TW_OK) {
 			complain("job-claim", "", error);
 			rest_for(TROUBLE_PAUSE_MS);
 		} else if (found) {
+			take_wake(worker);
 			run_job(worker, &ticket);
+			remember(worker, ticket.affinity);
 		} else {
 			wait_for_work(worker);
 		}

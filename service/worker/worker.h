@@ -5,6 +5,7 @@
 
 #include "tightwire.h"
 
+#include <stdbool.h>
 #include <sys/types.h>
 
 struct store;
@@ -23,9 +24,10 @@ struct worker_settings {
 	const char *name; /* in the job's row; NULL for worker_name, by which the supervisor knows it */
 	int wake_fd; /* pipe: a byte says there may be work, the end of file that the supervisor is gone; -1 for none */
 	int done_fd; /* pipe that gets a byte when a job has ended; -1 for none */
-	int asked_fd;     /* pipe of this worker alone: a byte says that a running job was asked to stop; -1 for none */
-	unsigned threads; /* of one computation */
-	size_t memory_limit; /* bytes that jobs, searches and what is kept between jobs may take; 0 for none */
+	int asked_fd; /* pipe of this worker alone: a byte says that a running job was asked to stop; -1 for none */
+	bool interactive_only; /* takes interactive jobs, and leaves all others */
+	unsigned threads;      /* of one computation */
+	size_t memory_limit;   /* bytes that jobs, searches and what is kept between jobs may take; 0 for none */
 	int64_t lease_ms;
 	int64_t stall_ms; /* a computation that is silent for so long hangs, and the process exits; 0: never */
 };

@@ -45,14 +45,18 @@ class Client {
       if (head < 0) return;
       const length = Number(this.text.match(/content-length: (\d+)/i)?.[1] ?? 0);
       if (this.text.length < head + 4 + length) return;
-      const answer = { status: Number(this.text.slice(9, 12)), body: this.text.slice(head + 4, head + 4 + length) };
+      const answer = {
+        status: Number(this.text.slice(9, 12)),
+        etag: this.text.slice(0, head).match(/^etag: (.*)$/im)?.[1],
+        body: this.text.slice(head + 4, head + 4 + length),
+      };
       this.text = this.text.slice(head + 4 + length);
       this.done(answer);
     });
   }
-  ask(method, path, body = '', type = 'application/json') {
+  ask(method, path, body = '', type = 'application/json', more = '') {
     const answer = new Promise((done) => (this.done = done));
-    this.socket.write(`${method} ${path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: ${type}\r\nContent-Length: ${Buffer.byteLength(body)}\r\n\r\n`);
+    this.socket.write(`${method} ${path} HTTP/1.1\r\nHost: localhost\r\n${more}Content-Type: ${type}\r\nContent-Length: ${Buffer.byteLength(body)}\r\n\r\n`);
     if (body.length) this.socket.write(body);
     return answer;
   }
@@ -166,6 +170,27 @@ await new Promise((done) => alone.child.on('exit', done));
 execFileSync(tightwire, ['sample', '--out', join(folder, 'sample'), '--vertices', '3000']);
 const busy = await start('--workers', '1');
 const real = await prepareSample(busy.port);
+// Who polls a finished layout and has its tag, as 16 clients do it flat out.
+async function readFlatOut(port, href) {
+  let unchanged = 0;
+  const first = new Client(port);
+  while (JSON.parse((await first.ask('GET', href)).body).state !== 'succeeded') await sleep(100);
+  const { etag } = await first.ask('GET', href);
+  first.close();
+  const end = now() + seconds * 1000;
+  await Promise.all(
+    Array.from({ length: 16 }, async () => {
+      const client = new Client(port);
+      while (now() < end) unchanged += (await client.ask('GET', href, '', 'application/json', `If-None-Match: ${etag}\r\n`)).status === 304;
+      client.close();
+    }),
+  );
+  line('reads of a layout with its ETag', unchanged / seconds, '/s', -5000);
+}
+const probe = new Client(busy.port);
+const finished = JSON.parse((await probe.ask('POST', '/v1/layouts', request(real.id, 1))).body).href;
+probe.close();
+await readFlatOut(busy.port, finished);
 line('submit at 200/s: p99, a busy worker', percentile(await steady(busy.port, real, 200), 0.99), 'ms', 25);
 busy.child.kill('SIGTERM');
 await new Promise((done) => busy.child.on('exit', done));

@@ -39,8 +39,14 @@ function layoutByCommand(request, flags = []) {
 async function assertSameFiles(layout, filesOf) {
   assert.equal(layout.state, 'succeeded', JSON.stringify(layout.problem));
   assert.ok(layout.artifacts.length >= 2);
-  for (const artifact of layout.artifacts) {
-    const { bytes, type, headers } = await service.get(artifact.href);
+  const files = {};
+  for (const { name, href } of layout.artifacts) files[name] = await service.get(href);
+  // Now that all have been asked for, the list knows all.
+  const { json } = await service.get(layout.href);
+  assert.deepEqual(json.artifacts.map(({ name }) => name).sort(), Object.keys(files).sort());
+  for (const artifact of json.artifacts) {
+    const { status, bytes, type, headers } = files[artifact.name];
+    assert.equal(status, 200);
     assert.equal(type, artifact.media_type);
     assert.equal(bytes.length, artifact.size_bytes);
     assert.ok(headers.get('etag'));

@@ -162,6 +162,7 @@ const rows = {
   'POST /v1/layouts/{layout}/renew': { own: [200] },
   'GET /v1/layouts/{layout}/{artifact}': { artifact: 'pattern.svg' },
   'GET /v1/jobs': {},
+  'POST /v1/jobs/cancel': { query: () => '?older_than=366d', own: [200] },
   'POST /v1/jobs/redrive': { own: [200] },
   'GET /v1/jobs/{job}': {},
   'GET /v1/jobs/{job}/events': {},

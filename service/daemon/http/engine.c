@@ -431,11 +431,12 @@ static enum MHD_Result take_end(struct http_request *request)
 {
 	if (request->phase == PHASE_BODY) {
 		request->phase = PHASE_ENDING;
+		if (!exchange_may_wait(request->exchange))
+			run_step(request);
 		if (exchange_may_wait(request->exchange)) {
 			take_step(request);
 			return MHD_YES;
 		}
-		run_step(request);
 	} else if (request->is_gone) {
 		return MHD_NO;
 	} else if (request->phase == PHASE_HELD) {
@@ -512,7 +513,11 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 				      seconds);
 		log_request(request, seconds, code);
 	}
-	/* What a client has left half sent is discarded. */
+	bool is_alone = code == MHD_REQUEST_TERMINATED_WITH_ERROR || code == MHD_REQUEST_TERMINATED_READ_ERROR ||
+			code == MHD_REQUEST_TERMINATED_CLIENT_ABORT;
+	if ((request->is_gone || is_alone) && !atomic_load(&engine->draining))
+		exchange_leave(request->exchange);
+	/* What a client has left half sent is discarded, and what it waited for perhaps cancelled. */
 	bool may_wait = exchange_may_wait(request->exchange);
 	if (!may_wait || !execute(engine, &request->task, free_elsewhere))
 		free_request(request);

@@ -28,8 +28,9 @@ struct fixture {
 	json_t *json; /* of the last response; NULL when it is none */
 };
 
-static void count_job(void *context)
+static void count_job(void *context, bool is_interactive)
 {
+	(void)is_interactive;
 	((struct fixture *)context)->jobs_added++;
 }
 

@@ -3,6 +3,8 @@
 #include "service/worker/worker.h"
 
 #include "service/worker/work.h"
+#include "storage/sweep.h"
+#include "storage/task.h"
 
 #include "tests/unit/storage/fixture.h"
 
@@ -132,6 +134,7 @@ static void create(struct fixture *f, struct resource_draft draft, char id[STORE
 {
 	struct resource resource;
 	enum resource_outcome outcome;
+	draft.owner = OWNER_DEFAULT;
 	ok(f, resource_create(f->store, &draft, &resource, &outcome, &f->error));
 	snprintf(id, STORE_ID_SIZE, "%s", resource.id);
 	resource_clear(&resource);
@@ -215,10 +218,74 @@ static void an_order_goes_all_the_way(void **state)
 	assert_true(fabs(density[2 * GRID - 1] - expected) < 1e-4 * expected);
 	free(density);
 	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "layout.json", &blob, &f->error));
-	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error));
 	assert_int_equal(
 		fixture_ask(f, "SELECT json_extract(summary, '$.outcome') = 'optimal' FROM resource WHERE kind = 3"),
 		1);
+}
+
+static struct job ask_to_draw(struct fixture *f, const char *layout, bool expect_new)
+{
+	const struct job_request request = {.class = JOB_INTERACTIVE};
+	struct job job;
+	bool added = false;
+	ok(f, task_ask(f->store, OWNER_DEFAULT, JOB_DRAW, layout, "pattern.svg", &request, &job, &added, &f->error));
+	assert_int_equal(added, expect_new);
+	assert_string_equal(job.subject_id, layout);
+	assert_string_equal(job.argument, "pattern.svg");
+	job_clear(&job);
+	return job;
+}
+
+static struct content_hash hash_of_drawing(struct fixture *f, const char *layout)
+{
+	struct blob blob;
+	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error));
+	assert_true(blob.size > 1000 && blob.read_ms > 0);
+	return blob.hash;
+}
+
+/* Whoever asks while it is made waits for the same job; what was dropped for want of room is made again. */
+static void a_drawing_is_made_when_it_is_asked_for(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE], field[STORE_ID_SIZE], layout[STORE_ID_SIZE];
+	struct blob blob;
+	bool more = true;
+	const char *field_needs[] = {mesh}, *layout_needs[] = {field};
+	create_square(f, mesh);
+	create(f, (struct resource_draft){.kind = RESOURCE_FIELD, .needs = field_needs, .need_count = 1}, field);
+	create(f,
+	       (struct resource_draft){.kind = RESOURCE_LAYOUT,
+				       .options = "{\"terminals\":[{\"vertex\":0},{\"vertex\":40},{\"vertex\":1680}]}",
+				       .needs = layout_needs,
+				       .need_count = 1},
+	       layout);
+	pid_t worker = start_worker(f, "first", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 2", 3);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	assert_int_equal(blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error),
+			 TW_ERROR_NOT_FOUND);
+	struct job first = ask_to_draw(f, layout, true), second = ask_to_draw(f, layout, false);
+	assert_string_equal(first.id, second.id);
+	worker = start_worker(f, "second", "--threads=1");
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 2", 4);
+	struct content_hash hash = hash_of_drawing(f, layout);
+
+	ok(f, task_drop_files(f->store, 1 << 20, &f->error)); /* there is room: it stays */
+	(void)hash_of_drawing(f, layout);
+	ok(f, task_drop_files(f->store, UINT64_MAX, &f->error));
+	assert_int_equal(blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error),
+			 TW_ERROR_NOT_FOUND);
+	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "layout.json", &blob, &f->error));
+	while (more)
+		ok(f, store_sweep(f->store, 1000, &more, &f->error));
+	(void)ask_to_draw(f, layout, true);
+	wait_for(f, "SELECT count(*) FROM job WHERE state = 2", 5);
+	struct content_hash again = hash_of_drawing(f, layout);
+	assert_memory_equal(&again, &hash, sizeof hash);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_LAYOUT, layout, false, &f->error));
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM job"), 2); /* its drawings' jobs go with it */
 }
 
 static int64_t bytes_kept(struct fixture *f, const char *motion, const char *part)
@@ -539,6 +606,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		WORKER_TEST(an_order_goes_all_the_way),
+		WORKER_TEST(a_drawing_is_made_when_it_is_asked_for),
 		WORKER_TEST(frames_are_kept_as_asked),
 		WORKER_TEST(a_bad_file_fails_at_once_with_its_place),
 		WORKER_TEST(a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives),
