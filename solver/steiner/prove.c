@@ -173,7 +173,7 @@ static enum tw_status improve_tree(struct search *search, const struct dual *dua
 	enum tw_status status = is_small(search) ? repeat_paths(search, effort->round) : TW_OK;
 	if (status == TW_OK && flow && search_uses(search, STEINER_PARTS) && search_uses(search, STEINER_DYNAMIC))
 		status = follow_flow(search, flow, effort, &is_solved);
-	if (status == TW_OK && !is_solved)
+	if (status == TW_OK && !effort->has_part)
 		status = primal_improve(search, dual, share << effort->primal_round);
 	effort->primal_round += search->best_weight < before;
 	search->stats->seconds_primal += search_clock_s() - started_s;
