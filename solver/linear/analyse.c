@@ -15,7 +15,8 @@
 
 #define NONE UINT32_MAX
 
-/* The tree is cut into about this many parts, but none smaller than the other number. */
+/* The tree is cut into about this many parts, but none smaller than the other number. With 8 and 24 parts an iteration at
+ * 23,729 vertices took 1.6 ms on two threads, with 16 1.5. */
 enum { PARTS = 16, PART_LEAST = 64 };
 
 /* What the analysis works with; numbers of vertices are the caller's, columns are numbered in elimination order. */
@@ -190,8 +191,8 @@ static void count_entries(struct analysis *a, size_t *entries)
 	}
 }
 
-/* Whether a panel may take one more column, its parent in the tree, at the price of `zeros` zeros among `entries`:
- * measured on meshes of 23,500 and 94,000 vertices. */
+/* Whether a panel may take one more column, its parent in the tree, at the price of `zeros` zeros among `entries`. An
+ * iteration at 23,729 vertices took 2.83, 2.76 and 2.72 ms with none, a quarter and two fifths of them. */
 static bool is_worth_it(uint64_t zeros, uint64_t entries)
 {
 	return zeros * 4 <= entries;
