@@ -15,8 +15,8 @@
 
 #define NONE UINT32_MAX
 
-/* The tree is cut into about this many parts, but none smaller than the other number. With 8 and 24 parts an iteration at
- * 23,729 vertices took 1.6 ms on two threads, with 16 1.5. */
+/* The tree is cut into about this many parts, but none smaller than the other number. With 8 and 24 parts an iteration
+ * at 23,729 vertices took 1.6 ms on two threads, with 16 1.5. */
 enum { PARTS = 16, PART_LEAST = 64 };
 
 /* What the analysis works with; numbers of vertices are the caller's, columns are numbered in elimination order. */
