@@ -30,6 +30,7 @@ enum {
 enum { PROGRAM_SHARE = 100, FEW_SHARE = 30000, MANY_SQUARE = 36 * 36, LEAST_BUDGET = 3000000, MOST_ROUNDS = 20 };
 enum { FEW_TERMINALS = 14, CUT_ROUND = 6 };
 enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, SMALL_SHARE = 700, REPEAT_SHARE = 50 };
+enum { DENSE_LEAST = 1000000, DENSE_SHARE = 200 };
 
 /* An edge counts as used by the flow with a price on more than this share of its cost. Measured with 60 to 100
  * terminals on 23,500 vertices: after 24 iterations 0.01, 0.02 and 0.04 left 9,000, 4,600 and 2,000 edges after
@@ -40,7 +41,7 @@ enum { PARTS_FAILED_MOST = 3 };
 
 static int is_small(const struct search *search)
 {
-	return search->graph->edge_count < SMALL_EDGES;
+	return search->graph->edge_count < SMALL_EDGES || primal_repeat_is_dense(&search->instance);
 }
 
 /* The branch and cut, and the instance that it is about: what deletion and reductions left when it began. */
@@ -119,8 +120,10 @@ static enum tw_status repeat_paths(struct search *search, unsigned round)
 	const struct instance *instance = &search->instance;
 	if (!search_uses(search, STEINER_PRIMAL))
 		return TW_OK;
-	return primal_repeat(search, instance->weight, round == 1 ? 0 : 1u << round,
-			     ((uint64_t)instance->edge_count * REPEAT_SHARE) << round);
+	const uint64_t effort = primal_repeat_is_dense(instance)
+					? DENSE_LEAST + DENSE_SHARE * (uint64_t)instance->edge_count
+					: REPEAT_SHARE * (uint64_t)instance->edge_count;
+	return primal_repeat(search, instance->weight, round == 1 ? 0 : 1u << round, effort << round);
 }
 
 /* How much the stages of a round may spend. A step of dual or trees costs about as much as there are edges, and there
@@ -186,10 +189,11 @@ static enum tw_status improve_dual(struct search *search, struct dual *dual, str
 				   const struct effort *effort)
 {
 	const double started_s = search_clock_s();
-	const uint64_t share = DUAL_SHARE * effort->edges * effort->terminals;
+	const uint64_t step = DUAL_SHARE * effort->edges * effort->terminals;
+	const uint64_t share = (step > LEAST_BUDGET ? step : LEAST_BUDGET) << effort->round;
+	const uint64_t cheap = is_small(search) ? program_budget(search, effort) : 0;
 	search_enter(search, "dual bound");
-	const enum tw_status status =
-		raise_bound(raise, search, dual, (share > LEAST_BUDGET ? share : LEAST_BUDGET) << effort->round);
+	const enum tw_status status = raise_bound(raise, search, dual, share, cheap);
 	search->stats->seconds_dual += search_clock_s() - started_s;
 	return status;
 }
