@@ -75,7 +75,7 @@ static enum tw_status raise_some(struct search *part, struct raise *raise, struc
 	allow(part, account, UINT64_MAX);
 	do {
 		before = dual_fine_bound(dual);
-		status = raise_bound(raise, part, dual, SEARCH_SHARE * (uint64_t)part->instance.edge_count);
+		status = raise_bound(raise, part, dual, SEARCH_SHARE * (uint64_t)part->instance.edge_count, 0);
 		gain = dual_fine_bound(dual) - before;
 		account->on_bounds = part->work - account->began - account->on_program;
 	} while (status == TW_OK && !search_is_proven(part) && account->on_bounds < account->on_program &&

@@ -17,6 +17,11 @@ enum { ITERATIONS = 24, PARTS_MOST = 4 };
 /* A part must close such a share of the gap, or there is no other before the dynamic program. */
 enum { GAIN_SHARE = 4 };
 
+/* Where iterations cost next to nothing beside what the other stages of a round may spend, a gain of the flow's own
+ * bound by a ten-thousandth is worth them: PACE 2018's 199 (6,163 vertices, 130 terminals) is proven in 0.7 s instead
+ * of 2.6, 197 in 0.8 instead of 1.8. On dense graphs a flow is the lower bound for some hundred iterations. */
+enum { CHEAP_GAIN_SHARE = 10000 };
+
 /* The dynamic program does not want a better bound where the gap is less than 1/20 of a terminal's part in the tree: on
  * meshes with 36 terminals it takes 0.05 s then, with 100 terminals 0.3 s, which is what another part takes. */
 enum { ENOUGH_SHARE = 20 };
@@ -71,6 +76,10 @@ static enum tw_status split(struct raise *raise, struct search *search, struct d
 	enum tw_status status = dual_init_like(&rival, search, dual, flow_members(raise->flow));
 	if (status == TW_OK)
 		status = flow_split(raise->flow, search, &rival);
+	raise->gain = status == TW_OK && dual_fine_bound(&rival) > raise->reached
+			      ? dual_fine_bound(&rival) - raise->reached
+			      : 0;
+	raise->reached += raise->gain;
 	/* What an interrupted split has found is a bound, too. */
 	if ((status == TW_OK || status == TW_ERROR_CANCELLED) && rival.bound > dual->bound)
 		*dual = rival;
@@ -103,6 +112,11 @@ static bool is_close(const struct search *search, const struct dual *dual)
 	return gap_of(search, dual) < share;
 }
 
+static bool is_rising(const struct raise *raise, const struct search *search, uint64_t cheap_end)
+{
+	return search->work < cheap_end && raise->gain >= raise->reached / CHEAP_GAIN_SHARE;
+}
+
 static enum tw_status run_part(struct raise *raise, struct search *search, struct dual *dual, bool *goes_on)
 {
 	*goes_on = false;
@@ -119,22 +133,24 @@ static enum tw_status run_part(struct raise *raise, struct search *search, struc
 }
 
 /* The first part ends before there are trees that are worth a comparison. */
-static enum tw_status raise_by_flow(struct raise *raise, struct search *search, struct dual *dual)
+static enum tw_status raise_by_flow(struct raise *raise, struct search *search, struct dual *dual, uint64_t cheap)
 {
+	const uint64_t cheap_end = search->work + cheap;
 	const bool is_first = !raise->has_bound;
 	enum tw_status status = TW_OK;
 	bool goes_on = true;
-	for (uint32_t part = 0; part < PARTS_MOST && goes_on && status == TW_OK; part++) {
+	for (uint32_t part = 0; (part < PARTS_MOST || search->work < cheap_end) && goes_on && status == TW_OK; part++) {
 		if (search_is_proven(search) || (!is_first && is_close(search, dual)))
 			break;
 		status = run_part(raise, search, dual, &goes_on);
-		goes_on &= !is_first;
+		goes_on = (goes_on && !is_first) || is_rising(raise, search, cheap_end);
 	}
 	raise->has_bound = true;
 	return status;
 }
 
-enum tw_status raise_bound(struct raise *raise, struct search *search, struct dual *dual, uint64_t effort)
+enum tw_status raise_bound(struct raise *raise, struct search *search, struct dual *dual, uint64_t effort,
+			   uint64_t cheap)
 {
 	enum tw_status status = shrink(search, dual);
 	if (status != TW_OK || search_is_proven(search))
@@ -147,7 +163,7 @@ enum tw_status raise_bound(struct raise *raise, struct search *search, struct du
 		raise->has_no_flow = !raise->flow;
 	}
 	if (raise->flow) {
-		status = raise_by_flow(raise, search, dual);
+		status = raise_by_flow(raise, search, dual, cheap);
 		if (status != TW_ERROR_MEMORY)
 			return status;
 		/* Without memory for a split, the local search still works with what it has. */

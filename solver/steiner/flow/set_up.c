@@ -10,8 +10,16 @@
 static const double least_share = 1e-4;
 
 /* The factor may have this many entries for a vertex: meshes of 23,500 vertices have 20, of 723,000 68; what is not
- * nearly planar has hundreds and takes longer than it gains. */
-enum { ENTRIES_FOR_A_VERTEX = 120 };
+ * nearly planar has hundreds and takes longer than it gains. But the factors of small graphs are small, and linear
+ * programs of dense ones take minutes for the bound that a flow finds in some tenths of a second (SteinLib's i640-141,
+ * 143, 145 after reductions; all pairs of 640 vertices are 204,480 entries). */
+enum { ENTRIES_FOR_A_VERTEX = 120, ENTRIES_LEAST = 300000 };
+
+static size_t entries_most(const struct instance *instance)
+{
+	const size_t entries = (size_t)instance->vertex_count * ENTRIES_FOR_A_VERTEX;
+	return entries > ENTRIES_LEAST ? entries : ENTRIES_LEAST;
+}
 
 /* The first omega. From 0.05 to 0.2 any did as well at 23,500 vertices; larger meshes want less, as ways have more
  * edges, and parts of a mesh (part.h) more: with 100 terminals on 2,200 vertices, 64 iterations from 0.1, 0.3 and 0.7
@@ -149,8 +157,7 @@ static enum tw_status set_up(struct flow *flow, struct search *search, const str
 	};
 	if (!fits(flow, search))
 		return TW_ERROR_MEMORY;
-	enum tw_status status =
-		ldl_analyse(&flow->ldl, search->arena, &graph, (size_t)instance->vertex_count * ENTRIES_FOR_A_VERTEX);
+	enum tw_status status = ldl_analyse(&flow->ldl, search->arena, &graph, entries_most(instance));
 	if (status == TW_OK && !pays(flow, search))
 		status = TW_ERROR_LIMIT;
 	if (status == TW_OK)
