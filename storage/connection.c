@@ -131,22 +131,35 @@ void connection_close(struct connection *connection)
 	sqlite3_close(connection->db);
 	connection->db = NULL;
 	connection->statement_count = 0;
+	memset(connection->slots, 0, sizeof connection->slots);
+}
+
+/* The slot of the text, or the free one that it is to have. */
+static uint16_t *find_slot(struct connection *connection, const char *text)
+{
+	uint64_t hash = (uint64_t)(uintptr_t)text * 0x9e3779b97f4a7c15;
+	for (size_t i = (size_t)(hash >> 32);; i++) {
+		uint16_t *slot = &connection->slots[i % CONNECTION_SLOTS];
+		if (*slot == 0 || connection->statements[*slot - 1].text == text)
+			return slot;
+	}
 }
 
 int connection_prepare(struct connection *connection, const char *text, sqlite3_stmt **statement)
 {
-	for (int i = 0; i < connection->statement_count; i++)
-		if (connection->statements[i].text == text) {
-			*statement = connection->statements[i].statement;
-			assert(!sqlite3_stmt_busy(*statement));
-			return SQLITE_OK;
-		}
+	uint16_t *slot = find_slot(connection, text);
+	if (*slot) {
+		*statement = connection->statements[*slot - 1].statement;
+		assert(!sqlite3_stmt_busy(*statement));
+		return SQLITE_OK;
+	}
 	if (connection->statement_count == CONNECTION_STATEMENTS_MAX)
 		return SQLITE_INTERNAL;
 	int code = sqlite3_prepare_v3(connection->db, text, -1, SQLITE_PREPARE_PERSISTENT, statement, NULL);
 	if (code == SQLITE_OK) {
 		connection->statements[connection->statement_count].text = text;
 		connection->statements[connection->statement_count++].statement = *statement;
+		*slot = (uint16_t)connection->statement_count;
 	}
 	return code;
 }

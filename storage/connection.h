@@ -6,21 +6,25 @@
 #include "tightwire.h"
 
 #include <sqlite3.h>
+#include <stdint.h>
 
 enum {
-	CONNECTION_STATEMENTS_MAX = 192,
+	CONNECTION_STATEMENTS_MAX = 384,
+	CONNECTION_SLOTS = 1024, /* a power of 2 */
 	CONNECTION_PAGE_BYTES = 8192,
 	CONNECTION_BUSY_MS = 10000, /* how long a write waits for the others before it is "store-busy" */
 };
 
 struct connection {
 	sqlite3 *db; /* owned */
-	/* Prepared statements by the address of their text, which is a literal. */
+	/* Prepared statements, and where each stands (1 for the first) by the address of its text, which is a literal.
+	 */
 	struct {
 		const char *text;
 		sqlite3_stmt *statement;
 	} statements[CONNECTION_STATEMENTS_MAX];
 	int statement_count;
+	uint16_t slots[CONNECTION_SLOTS];
 };
 
 /* Opens the file, and creates it where it is not there. Whose it is, has to be looked at before connection_set_up.

@@ -345,11 +345,13 @@ enum tw_status job_state_take(struct store *store, int64_t job, const char *work
 					" lease_until_ms = ?, started_ms = ?, progress = 0, stage = '' WHERE number = ?"
 					" RETURNING number, fence, kind, attempts, id, session, affinity,"
 					" argument, (SELECT id FROM resource WHERE number = job.subject),"
-					" (SELECT id FROM resource WHERE number = job.resource)");
+					" (SELECT id FROM resource WHERE number = job.resource),"
+					" (SELECT job_group FROM lane WHERE number = job.lane)");
 	sql_bind_text(&q, worker);
 	sql_bind_int(&q, store_lease_now_ms(store) + ticket->lease_ms);
 	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, job);
+	bool has_group = false;
 	if (sql_step(&q)) {
 		ticket->number = sql_int(&q);
 		ticket->fence = sql_int(&q);
@@ -361,9 +363,10 @@ enum tw_status job_state_take(struct store *store, int64_t job, const char *work
 		sql_copy_text(&q, ticket->argument, sizeof ticket->argument);
 		sql_copy_text(&q, ticket->subject_id, sizeof ticket->subject_id);
 		sql_copy_text(&q, ticket->resource_id, sizeof ticket->resource_id);
+		has_group = sql_int(&q);
 	}
 	enum tw_status status = sql_run(&q, NULL, error);
-	return status == TW_OK ? lane_enter(store, job, error) : status;
+	return status == TW_OK && has_group ? lane_enter(store, job, error) : status;
 }
 
 void job_state_read_run(struct sql *q, struct job_run *run)

@@ -47,11 +47,12 @@ static void read_resource(struct sql *q, void *resource)
 	row_read_resource(q, resource);
 }
 
+/* By the numbers of their jobs, which are in the order of their own: each comes with its job. */
 static enum tw_status list_state(struct store *store, const struct resource_query *query, enum job_state state,
 				 struct row_numbers *list, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT resource FROM job INDEXED BY job_by_resource_kind WHERE tenant = ?"
-					" AND kind = ? AND state = ? AND resource < ? ORDER BY resource DESC LIMIT ?");
+	struct sql q = sql_query(store, "SELECT number FROM job INDEXED BY job_by_kind WHERE tenant = ?"
+					" AND kind = ? AND state = ? AND number < ? ORDER BY number DESC LIMIT ?");
 	sql_bind_int(&q, query->tenant);
 	sql_bind_int(&q, resource_kind_row(query->kind)->job);
 	sql_bind_int(&q, state);
@@ -60,7 +61,7 @@ static enum tw_status list_state(struct store *store, const struct resource_quer
 	return row_merge(list, &q, error);
 }
 
-/* What is made from a resource is found by that, and looked through for the state. */
+/* What is made from a resource is found by that, and looked through for the state; by its own number. */
 static enum tw_status list_needing(struct store *store, const struct resource_query *query, struct row_numbers *list,
 				   struct tw_error *error)
 {
@@ -100,8 +101,10 @@ enum tw_status resource_list(struct store *store, const struct resource_query *q
 		status = list_numbers(store, query, &list, error);
 	if (status == TW_OK)
 		status = row_read_numbers(store, &list,
-					  "SELECT " ROW_RESOURCE_LIST_COLUMNS " FROM resource r"
-					  " JOIN job j ON j.resource = r.number WHERE r.number = ?",
+					  query->needs ? "SELECT " ROW_RESOURCE_LIST_COLUMNS " FROM resource r"
+							 " JOIN job j ON j.resource = r.number WHERE r.number = ?"
+						       : "SELECT " ROW_RESOURCE_LIST_COLUMNS " FROM job j"
+							 " JOIN resource r ON r.number = j.resource WHERE j.number = ?",
 					  sizeof *page->resources, read_resource, &read, error);
 	row_numbers_clear(&list);
 	*page = (struct resource_page){read.rows, read.count, read.more ? read.last : 0};

@@ -86,7 +86,6 @@ const char schema_tenants[] =
 	"DROP INDEX job_by_problem;"
 	"CREATE INDEX job_by_state ON job(tenant, state, number);"
 	"CREATE INDEX job_by_kind ON job(tenant, kind, state, number);"
-	"CREATE INDEX job_by_resource_kind ON job(tenant, kind, state, resource);"
 	"CREATE INDEX job_by_problem ON job(tenant, failure_type, number) WHERE failure_type <> '';";
 
 /* Last, when all tables are as they will be: triggers that count what a key stores. Its jobs are in job_count. */

@@ -27,6 +27,7 @@ struct store {
 	int64_t boot;           /* which start of the machine this is; see store_lease_now_ms */
 	int64_t trouble_ms;     /* CLOCK_BOOTTIME, when a transaction failed because of the disk last; 0: never */
 	uint64_t reserve_bytes; /* left free on the disk */
+	bool found_work;        /* by the last claim; see queue.c */
 };
 
 struct sql {

@@ -17,7 +17,7 @@ enum { JOBS = 100000, CLIENTS = 100, CLAIMS = 500, ROUNDS = 8 };
 /* --- first in, first out ---------------------------------------------------------------------------------------- */
 
 /* Before there were classes and clients: the tables of schema 4, and one index that has the whole order. What a claim
- * does besides (whether a lease has run out, whether there is room, one look without the lock) is as it is today. */
+ * does besides (whether a lease has run out, whether there is room) is as it is today. */
 static int make_plain(const char *path)
 {
 	struct connection connection = {0};
@@ -79,10 +79,10 @@ static enum tw_status plain_take(struct store *store, int64_t job)
 static int plain_claim(struct store *store)
 {
 	uint64_t room = 0;
-	if (plain_is_due(store) || sql_room(store, &room, NULL) != TW_OK || !plain_first(store) ||
-	    transaction_begin(store, false, NULL) != TW_OK)
+	if (transaction_begin(store, false, NULL) != TW_OK)
 		return 1;
-	enum tw_status status = plain_take(store, plain_first(store));
+	int64_t job = plain_is_due(store) || sql_room(store, &room, NULL) != TW_OK ? 0 : plain_first(store);
+	enum tw_status status = job ? plain_take(store, job) : TW_ERROR_INTERNAL;
 	return transaction_end(store, status, NULL) != TW_OK;
 }
 

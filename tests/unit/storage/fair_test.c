@@ -576,6 +576,45 @@ static void a_history_has_an_end(void **state)
 	free(attempts);
 }
 
+/* It kills whoever takes it. Those behind it in its own lane wait for its three attempts, nobody else does. */
+static void a_job_that_kills_its_workers_starves_nobody(void **state)
+{
+	struct fixture *f = *state;
+	struct job_ticket ticket;
+	int64_t poison = ORDER(f, 1, .priority = 9);
+	int64_t behind = ORDER(f, 1, .priority = 0);
+	int others = 0, claims = 0;
+	for (int i = 0; i < 3; i++)
+		ORDER(f, 2, .priority = 0);
+	for (int64_t job = 0; (job = order_claim(f, order_query(), &ticket)) != behind; claims++) {
+		assert_true(claims < 10);
+		others += order_field(f, job, "client") == 2;
+		if (job == poison)
+			ok(f, job_abandon(f->store, "tester", true, &f->error));
+		else
+			fixture_finish(f, &ticket);
+	}
+	assert_int_equal(order_field(f, poison, "state"), JOB_FAILED);
+	assert_in_range(others, 2, 3);
+}
+
+/* A host is drained or reloaded as often as one likes. */
+static void a_job_that_is_handed_over_loses_no_attempt_and_no_place(void **state)
+{
+	struct fixture *f = *state;
+	struct job_ticket ticket;
+	int64_t first = ORDER(f, 1, .group = "cutter");
+	ORDER(f, 1, .group = "cutter");
+	for (int i = 0; i < 8; i++) {
+		assert_int_equal(order_claim(f, order_query(), &ticket), first);
+		assert_int_equal(ticket.attempt, 1);
+		if (i % 2)
+			ok(f, job_release(f->store, &ticket, &f->error));
+		else
+			ok(f, job_abandon(f->store, "tester", false, &f->error));
+	}
+}
+
 /* --- many at once ----------------------------------------------------------------------------------------------- */
 
 static void many_are_cancelled_by_query(void **state)
@@ -678,6 +717,8 @@ int main(void)
 		FAST_TEST(no_job_is_passed_over_for_long_because_a_worker_is_warm),
 		FAST_TEST(every_attempt_is_remembered_also_after_a_redrive),
 		FAST_TEST(a_history_has_an_end),
+		FAST_TEST(a_job_that_kills_its_workers_starves_nobody),
+		FAST_TEST(a_job_that_is_handed_over_loses_no_attempt_and_no_place),
 		FAST_TEST(many_are_cancelled_by_query),
 		FAST_TEST(emptied_lanes_hide_nothing),
 		cmocka_unit_test(class_and_cancel_names_are_words),
