@@ -80,7 +80,7 @@ static struct wrong_key_verdict judge(unsigned score)
 	if (verdict.pause_ms > PAUSE_MAX_MS)
 		verdict.pause_ms = PAUSE_MAX_MS;
 	verdict.too_many = score > MANY;
-	verdict.retry_s = verdict.too_many ? (score - MANY) * FORGIVEN_MS / 1000 : 1 + verdict.pause_ms / 1000;
+	verdict.retry_s = verdict.too_many ? (score - MANY + 1) * FORGIVEN_MS / 1000 : 1 + verdict.pause_ms / 1000;
 	return verdict;
 }
 

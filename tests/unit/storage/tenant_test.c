@@ -264,6 +264,8 @@ static void a_deleted_tenant_leaves_nothing_and_nobody_else_misses_anything(void
 	sweep_tenants(f);
 	assert_int_equal(rows_of(f, mill), 0);
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM tenant WHERE name IS NULL"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM turn WHERE share NOT IN (SELECT number FROM share)"), 0);
+	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM lane WHERE share NOT IN (SELECT number FROM share)"), 0);
 	assert_int_equal(rows_of(f, TENANT_DEFAULT), others);
 	assert_int_equal(fixture_state(f, RESOURCE_MESH, ticket.resource_id), JOB_RUNNING);
 	struct resource still;
