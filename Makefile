@@ -155,7 +155,7 @@ test-http: ## only the HTTP, contract and process tests
 	$(Q)$(run_tests) http
 
 # Ten thousand searches from warm states, compared with those from scratch, take a quarter of an hour.
-soak: deps-test ## kills, a full disk, tricklers, aborts and load, each for seconds=60, or attacks="kills disk" of them; then moves=10000 of terminals
+soak: deps-test ## kills, a full disk, tricklers, aborts, load and days with and without them, each for seconds=60, or attacks="kills disk" of them; then moves=10000 of terminals
 	+$(Q)$(make_all) all $(out)/tests/unit/steiner/warm
 	$(Q)TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" node tests/soak/soak.mjs $(if $(filter file,$(origin seconds)),60,$(seconds)) $(attacks)
 	$(Q)$(if $(attacks),,MOVES=$(or $(moves),10000) $(out)/tests/unit/steiner/warm)

@@ -1,39 +1,49 @@
 // A day at a service that many share: two designers drag terminals, an MES orders, a batch lies in the queue. Who drags waits for
-// no batch, no order is lost or doubled, the batch goes on; also while workers and the daemon are killed and stopped.
+// no batch, no order is lost or doubled, the batch goes on; also while workers and the daemon are killed and stopped, and the
+// disk is full for a while.
 //   kills    ms between two attacks, on the average; 0: none
 //   finish   wait for the whole batch; else what is left of it is cancelled in bulk
 import assert from 'node:assert/strict';
 import { randomUUID } from 'node:crypto';
 import { join } from 'node:path';
 import { Service, sleep, temporaryFolder, until } from '../http/service.mjs';
+import { makeDisk, RESERVE } from './disk.mjs';
 import { Client, isFinal, listAll, prepareLayouts, spread } from './kit.mjs';
 
 const SQUARE = 'v 0 0 0\nv 100 0 0\nv 100 100 0\nv 0 100 0\nvt 0 0\nvt 100 0\nvt 100 100\nvt 0 100\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n';
-const DRAG_MS = 2000, STEP_MS = 50, REST_MS = 700, ORDER_MS = 400;
+const DRAG_MS = 2000, STEP_MS = 50, REST_MS = 700, ORDER_MS = 400, FULL_MS = 1000;
 
 export async function day(seconds, { batch = 100000, kills = 0, finish = false, workers = 2 } = {}) {
   const folder = temporaryFolder();
-  const flags = { store: `sqlite:${join(folder.path, 'store.db')}`, workers, 'lease-s': 2, 'worker-threads': 1, 'drain-s': 2, 'log-level': 'error' };
+  const disk = kills ? makeDisk(folder.path) : { path: folder.path, remove() {} };
+  const store = join(disk.path, 'store.db');
+  const flags = { store: `sqlite:${store}?reserve_bytes=${RESERVE}`, workers, 'lease-s': 2, 'worker-threads': 1, 'drain-s': 2, 'log-level': 'error' };
   let service = await Service.start(flags);
   let running = true;
   const figures = {};
+  const waits = {}; // of each class, in ms
   const count = (what) => (figures[what] = (figures[what] ?? 0) + 1);
 
   // As a careful client does it: with a key, again after a broken connection. What the service answers, it answers for good.
-  async function insist(body, headers) {
-    const key = { 'idempotency-key': randomUUID(), ...headers };
-    for (;;) {
-      const client = new Client(service.url);
-      try {
-        const { status, json, ms } = await client.post('/v1/layouts', body, key);
-        if ([200, 202].includes(status)) return { json, ms };
-        assert.ok([503, 507].includes(status), `${status} ${JSON.stringify(json)}`);
-      } catch (error) {
-        if (error instanceof assert.AssertionError) throw error;
-      } finally {
-        client.close();
+  class Careful {
+    async insist(body, headers) {
+      const key = { 'idempotency-key': randomUUID(), ...headers };
+      for (;;) {
+        this.client ??= new Client(service.url);
+        try {
+          const { status, json } = await this.client.post('/v1/layouts', body, key);
+          if ([200, 202].includes(status)) return json;
+          assert.ok([503, 507].includes(status), `${status} ${JSON.stringify(json)}`);
+        } catch (error) {
+          if (error instanceof assert.AssertionError) throw error;
+          this.close();
+        }
+        await sleep(50);
       }
-      await sleep(50);
+    }
+    close() {
+      this.client?.close();
+      this.client = null;
     }
   }
 
@@ -43,11 +53,13 @@ export async function day(seconds, { batch = 100000, kills = 0, finish = false, 
     const start = Date.now();
     await Promise.all(
       Array.from({ length: 16 }, async () => {
+        const client = new Careful();
         while (next < batch) {
           const number = next++;
           const body = { field, terminals: [{ vertex: 0, name: `batch ${number}` }, { vertex: 2 }] };
-          hrefs[number] = (await insist(body, { 'job-class': 'batch' })).json.href;
+          hrefs[number] = (await client.insist(body, { 'job-class': 'batch' })).href;
         }
+        client.close();
       }),
     );
     figures['batch jobs submitted a second'] = Math.round((1000 * batch) / (Date.now() - start));
@@ -88,11 +100,12 @@ export async function day(seconds, { batch = 100000, kills = 0, finish = false, 
   }
 
   async function order(layoutOf, orders) {
+    const client = new Careful();
     for (let number = 50000000; running; number++) {
-      const { json } = await insist(layoutOf(number), {});
-      orders.push({ number, href: json.href });
+      orders.push((await client.insist(layoutOf(number), {})).href);
       await sleep(ORDER_MS);
     }
+    client.close();
   }
 
   async function attack() {
@@ -100,8 +113,15 @@ export async function day(seconds, { batch = 100000, kills = 0, finish = false, 
       await sleep(kills * (0.5 + Math.random()));
       if (!running) return;
       const dice = Math.random();
+      if (dice < 0.2) {
+        disk.fill(service, store);
+        await sleep(FULL_MS);
+        disk.free(service);
+        count('times the disk was full');
+        continue;
+      }
       const [worker] = service.workers().sort(() => Math.random() - 0.5);
-      if (dice < 0.5 && worker) {
+      if (dice < 0.55 && worker) {
         try {
           process.kill(worker, 'SIGKILL');
           count('workers killed');
@@ -129,6 +149,7 @@ export async function day(seconds, { batch = 100000, kills = 0, finish = false, 
       const ms = jobs.filter((job) => job.class === name).map((job) => Math.max(0, Date.parse(job.started_at) - Date.parse(job.created_at)));
       const { p50, p99, max, count } = spread(ms);
       figures[`${name}: wait p50 / p99 / max ms, started`] = `${p50} / ${p99} / ${max}, ${count}`;
+      waits[name] = { p50, p99, max, count };
     }
   }
 
@@ -164,7 +185,7 @@ export async function day(seconds, { batch = 100000, kills = 0, finish = false, 
     }
     await until('all has ended', async () => (await client.get('/v1/jobs?state=queued,running&limit=1')).json.items.length === 0, 120 + batch / 20);
     await waitingTimes(client);
-    for (const { href } of orders) {
+    for (const href of orders) {
       const { json } = await client.get(href);
       assert.equal(json.state, 'succeeded', `${href} ${JSON.stringify(json.problem)}`);
     }
@@ -175,17 +196,19 @@ export async function day(seconds, { batch = 100000, kills = 0, finish = false, 
     const states = {};
     for (const href of hrefs) states[byHref.get(href).state] = (states[byHref.get(href).state] ?? 0) + 1;
     assert.deepEqual(Object.keys(states).filter((state) => state !== 'succeeded' && (finish || state !== 'cancelled')), []);
-    assert.equal(new Set(orders.map(({ href }) => href)).size, orders.length, 'each order was kept once');
+    assert.equal(new Set(orders).size, orders.length, 'each order was kept once');
     client.close();
     const show = (ms) => `${Math.round(spread(ms).p50)} / ${Math.round(spread(ms).p99)} / ${Math.round(spread(ms).max)}, ${ms.length}`;
     figures['orders'] = orders.length;
     figures['a position that was computed: answer p50 / p99 / max ms, count'] = show(answers);
     figures['the last position of a drag: answer p50 / p99 / max ms, count'] = show(last);
     assert.ok(last.length > 0, 'a designer had the last answer of a drag');
+    Object.defineProperty(figures, 'waits', { value: waits, enumerable: false });
     return figures;
   } finally {
     running = false;
     await service.stop();
+    disk.remove();
     folder.remove();
   }
 }

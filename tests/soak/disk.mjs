@@ -8,7 +8,7 @@ import { join } from 'node:path';
 import { childrenOf, Service, sleep, temporaryFolder, until } from '../http/service.mjs';
 import { allEnded, Client, listAll, prepareLayouts, Probe } from './kit.mjs';
 
-const RESERVE = 4 << 20;
+export const RESERVE = 4 << 20;
 
 // A disk of 96 MiB that is filled by a file.
 class SmallDisk {
@@ -56,7 +56,7 @@ class SizeLimit {
   remove() {}
 }
 
-function makeDisk(folder) {
+export function makeDisk(folder) {
   try {
     return new SmallDisk(folder);
   } catch {

@@ -1,11 +1,13 @@
 // soak.mjs [SECONDS [ATTACK…]]: each attack for so long, and its figures. Exit 1 when a promise was broken: something accepted
 // was lost, failed or doubled. BUILD, TIGHTWIRE: as for the tests.
 import { aborts, tricklers } from './crowd.mjs';
+import { day } from './day.mjs';
 import { disk } from './disk.mjs';
 import { kills } from './kills.mjs';
 import { load } from './load.mjs';
 
-const attacks = { kills, disk, tricklers, aborts, load };
+const broken = (seconds) => day(seconds, { batch: 20000, kills: 2000 });
+const attacks = { kills, disk, tricklers, aborts, load, day, broken };
 const seconds = Number(process.argv[2] ?? 60);
 const names = process.argv.slice(3);
 const unknown = names.filter((name) => !attacks[name]);
