@@ -133,7 +133,7 @@ enum tw_status get_recording_samples(struct api_call *call, struct tw_error *err
 		json_array_append_new(items, show_sample(&samples[i]));
 	free(samples);
 	char next[24];
-	snprintf(next, sizeof next, "%lld", (long long)(first + limit));
+	snprintf(next, sizeof next, "%lld", (long long)first + limit);
 	return status != TW_OK ? status : page_respond_text(call, items, (int64_t)got == limit ? next : NULL, error);
 }
 
