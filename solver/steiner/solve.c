@@ -11,9 +11,6 @@
 /* Work units for each edge. */
 enum { ASCENT_SHARE = 30, ASCENT_LEAST = 1500000 };
 
-/* So much, and more for each edge, an attempt from a warm state may take: */
-enum { WARM_SHARE = 150, WARM_LEAST = 1000000 };
-
 static enum tw_status run_stages(struct search *search)
 {
 	search_enter(search, "first tree");
@@ -133,13 +130,10 @@ enum tw_status steiner_solve(const struct graph *graph, const uint32_t *terminal
 				       graph->vertex_count);
 	options = options ? options : &defaults;
 	struct search search;
-	struct steiner_options hurried = *options;
 	enum tw_status status = TW_OK;
 	bool solved = false;
 	if (options->warm) {
-		const uint64_t most = WARM_SHARE * (uint64_t)graph->edge_count + WARM_LEAST;
-		hurried.work_limit = options->work_limit && options->work_limit < most ? options->work_limit : most;
-		search_init(&search, graph, terminals, terminal_count, &hurried, &tree->stats, error);
+		search_init(&search, graph, terminals, terminal_count, options, &tree->stats, error);
 		status = solve_from_warm(&search, arena, tree, &solved);
 		end(&search, tree);
 	}

@@ -26,19 +26,10 @@ static bool allocate(struct warm_lanes *lanes, const struct steiner_warm *warm, 
 		.vertex_of = ARENA_ARRAY(arena, instance->vertex_count, uint32_t),
 		.row = ARENA_ARRAY(arena, instance->vertex_count, int32_t *),
 		.lane_of = ARENA_ARRAY(arena, instance->terminal_count, uint32_t),
+		.flow_of = ARENA_ARRAY(arena, instance->terminal_count, uint32_t),
 		.most = ARENA_ZEROED(arena, warm->stride, int32_t),
 	};
-	return lanes->vertex_of && lanes->row && lanes->lane_of && lanes->most;
-}
-
-static uint32_t row_of(const struct steiner_warm *warm, warm_key key)
-{
-	if (key < warm->lasting_count)
-		return (uint32_t)key;
-	for (uint32_t i = 0; i < warm->extra_count; i++)
-		if (warm->extra_key[i] == key)
-			return warm->lasting_count + i;
-	return INSTANCE_NONE;
+	return lanes->vertex_of && lanes->row && lanes->lane_of && lanes->flow_of && lanes->most;
 }
 
 static uint32_t lane_of(const struct steiner_warm *warm, warm_key key)
@@ -54,7 +45,7 @@ static void find_rows(struct warm_lanes *lanes, const struct search *search)
 	const struct steiner_warm *warm = lanes->warm;
 	warm_name_vertices(search, lanes->vertex_of);
 	for (uint32_t v = 0; v < search->instance.vertex_count; v++) {
-		const uint32_t row = row_of(warm, warm_key_of(search, lanes->vertex_of[v]));
+		const uint32_t row = warm_row_of(warm, warm_key_of(search, lanes->vertex_of[v]));
 		int32_t *potential = row == INSTANCE_NONE ? NULL : warm->potential + (size_t)row * warm->stride;
 		lanes->row[v] = potential && *potential != WARM_UNKNOWN ? potential : NULL;
 	}
@@ -65,7 +56,7 @@ static uint32_t find_lanes(struct warm_lanes *lanes, const struct search *search
 {
 	const struct steiner_warm *warm = lanes->warm;
 	const struct instance *instance = &search->instance;
-	const int32_t *at_root = warm->potential + (size_t)row_of(warm, warm->root) * warm->stride;
+	const int32_t *at_root = warm->potential + (size_t)warm_row_of(warm, warm->root) * warm->stride;
 	uint32_t count = 0;
 	for (uint32_t t = 0; t < instance->terminal_count; t++) {
 		const uint32_t v = instance->terminal[t];
@@ -234,6 +225,28 @@ static enum tw_status take_all(struct warm_lanes *lanes, struct search *search, 
 	return status;
 }
 
+/* Gives the flows of terminals that are gone to those that came, to the nearest by the lane's own potential. */
+static void hand_on_flows(struct warm_lanes *lanes, const struct search *search, uint8_t *is_taken)
+{
+	const struct instance *instance = &search->instance;
+	for (uint32_t t = 0; t < instance->terminal_count; t++) {
+		lanes->flow_of[t] = lanes->lane_of[t];
+		if (lanes->lane_of[t] != INSTANCE_NONE)
+			is_taken[lanes->lane_of[t]] = 1;
+	}
+	for (uint32_t t = 0; t < instance->terminal_count; t++) {
+		const int32_t *row = lanes->row[instance->terminal[t]];
+		uint32_t best = INSTANCE_NONE;
+		for (uint32_t lane = 0; lane < lanes->warm->lane_count && lanes->flow_of[t] == INSTANCE_NONE; lane++)
+			if (!is_taken[lane] && (best == INSTANCE_NONE || row[lane] < row[best]))
+				best = lane;
+		if (best == INSTANCE_NONE)
+			continue;
+		lanes->flow_of[t] = best;
+		is_taken[best] = 1;
+	}
+}
+
 enum tw_status warm_lanes_lay(struct warm_lanes *lanes, const struct steiner_warm *warm, struct search *search,
 			      struct dual *dual, bool *fits)
 {
@@ -250,6 +263,11 @@ enum tw_status warm_lanes_lay(struct warm_lanes *lanes, const struct steiner_war
 	for (uint32_t t = 0; status == TW_OK && *fits && t < search->instance.terminal_count; t++)
 		if (lanes->lane_of[t] != INSTANCE_NONE)
 			dual->bound += dual->value[t] = (uint64_t)lanes->most[lanes->lane_of[t]];
+	uint8_t *is_taken = ARENA_ZEROED(search->arena, warm->lane_count, uint8_t);
+	if (!is_taken)
+		return TW_ERROR_MEMORY;
+	if (status == TW_OK && *fits)
+		hand_on_flows(lanes, search, is_taken);
 	return status;
 }
 

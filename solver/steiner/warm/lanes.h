@@ -10,6 +10,7 @@ struct warm_lanes {
 	uint32_t *vertex_of; /* [vertex_count of the instance] the caller's */
 	int32_t **row;       /* [likewise] potentials, borrowed from the state or new; NULL: not known yet */
 	uint32_t *lane_of;   /* [terminal_count] the lane of each terminal; INSTANCE_NONE: it has none */
+	uint32_t *flow_of;   /* [terminal_count] the lane whose flow the terminal's begins with, its own or another's */
 	int32_t *most;       /* [stride] a lane is cut off here; 0: it is given up */
 };
 

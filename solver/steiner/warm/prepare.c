@@ -4,6 +4,7 @@
  * does. So the state is a dual of the whole graph, by a flow with enough iterations (flow.h), whose balls are summed to
  * one potential for each terminal. */
 #include "solver/steiner/flow/flow.h"
+#include "solver/steiner/warm/memory.h"
 #include "solver/steiner/warm/state.h"
 
 #include <string.h>
@@ -11,20 +12,19 @@
 /* With 36 terminals on 23,500 vertices 60 iterations leave 0.02 to 0.06 per cent. */
 enum { ITERATIONS = 60, ASCENT_SHARE = 8 };
 
-/* The flow's balls on the whole instance, or those of an ascent where no flow fits. */
-static enum tw_status find_dual(struct search *search, struct dual *dual)
+/* The flow's balls on the whole instance. */
+static enum tw_status find_dual(struct search *search, struct dual *dual, struct flow **flow)
 {
-	struct flow *flow;
 	struct dual rival;
 	enum tw_status status = dual_ascend_best(dual, search, ASCENT_SHARE * (uint64_t)search->instance.edge_count);
 	if (status == TW_OK)
-		status = flow_new(&flow, search, dual);
+		status = flow_new(flow, search, dual);
 	if (status == TW_OK)
-		status = flow_iterate(flow, search, ITERATIONS);
+		status = flow_iterate(*flow, search, ITERATIONS);
 	if (status == TW_OK)
-		status = dual_init_like(&rival, search, dual, flow_members(flow));
+		status = dual_init_like(&rival, search, dual, flow_members(*flow));
 	if (status == TW_OK)
-		status = flow_split(flow, search, &rival);
+		status = flow_split(*flow, search, &rival);
 	if (status == TW_OK)
 		status = dual_extend(&rival, search);
 	if (status == TW_OK && rival.bound > dual->bound)
@@ -79,7 +79,8 @@ static void fill(struct steiner_warm *warm, const struct search *search, const s
 	}
 }
 
-static enum tw_status store(struct steiner_warm *warm, struct search *search, const struct dual *dual)
+static enum tw_status store(struct steiner_warm *warm, struct search *search, const struct dual *dual,
+			    const struct flow *flow)
 {
 	const struct instance *instance = &search->instance;
 	uint32_t *vertex_of = ARENA_ARRAY(search->arena, instance->vertex_count, uint32_t);
@@ -100,6 +101,7 @@ static enum tw_status store(struct steiner_warm *warm, struct search *search, co
 	}
 	fill(&new, search, dual, vertex_of);
 	new.loss = search->best_fine - dual_fine_bound(dual);
+	warm_memory_keep(&new, search, flow, vertex_of);
 	arena_free(warm->arena);
 	*warm = new;
 	return TW_OK;
@@ -109,6 +111,7 @@ static enum tw_status prepare(struct steiner_warm *warm, struct search *search, 
 {
 	uint32_t apart[2];
 	struct dual dual;
+	struct flow *flow = NULL;
 	search->best_edges = ARENA_ARRAY(search->arena, search->graph->vertex_count, uint32_t);
 	enum tw_status status = search->best_edges ? TW_OK : TW_ERROR_MEMORY;
 	if (status == TW_OK)
@@ -119,8 +122,8 @@ static enum tw_status prepare(struct steiner_warm *warm, struct search *search, 
 	if (status == TW_OK)
 		status = search_offer_leaves(search, tree->edges, tree->edge_count);
 	if (status == TW_OK)
-		status = find_dual(search, &dual);
-	return status == TW_OK ? store(warm, search, &dual) : status;
+		status = find_dual(search, &dual, &flow);
+	return status == TW_OK ? store(warm, search, &dual, flow) : status;
 }
 
 enum tw_status steiner_warm_prepare(struct steiner_warm *warm, const struct graph *graph, const uint32_t *terminals,

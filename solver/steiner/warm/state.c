@@ -41,3 +41,13 @@ void warm_name_vertices(const struct search *search, uint32_t *vertex_of)
 		for (uint32_t side = 0; side < 2; side++)
 			vertex_of[instance->ends[2 * e + side]] = search->graph->ends[2 * instance->origin[e] + side];
 }
+
+uint32_t warm_row_of(const struct steiner_warm *warm, warm_key key)
+{
+	if (key < warm->lasting_count)
+		return (uint32_t)key;
+	for (uint32_t i = 0; i < warm->extra_count; i++)
+		if (warm->extra_key[i] == key)
+			return warm->lasting_count + i;
+	return INSTANCE_NONE;
+}

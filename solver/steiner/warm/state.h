@@ -8,6 +8,8 @@
 /* Names a vertex for good: a lasting one by its number, another by the caller's name for it, with the upper bit set. */
 typedef uint64_t warm_key;
 
+struct warm_memory;
+
 /* A dual as potentials: a lane for each terminal but the root. What the balls of a terminal prove, their sum proves as
  * well: p[v], the sum of min(distance, radius), takes max(0, p[u] - p[v]) from the arc u -> v and adds p[root] to the
  * bound. Row r < lasting_count is that vertex's, others are those of extra_key. */
@@ -26,7 +28,8 @@ struct steiner_warm {
 	 * of vertices that the graph had no way to. */
 	int32_t *potential;
 
-	fine_t loss; /* of the dual's bound against the optimum */
+	struct warm_memory *memory; /* of the flow that it came from; NULL where it does not fit */
+	fine_t loss;                /* of the dual's bound against the optimum */
 	bool is_due;
 };
 
@@ -45,6 +48,9 @@ static inline warm_key warm_key_of(const struct search *search, uint32_t vertex)
 	const uint32_t lasting = warm_lasting(search);
 	return vertex < lasting ? vertex : search->options->vertex_name[vertex - lasting] | UINT64_C(1) << 63;
 }
+
+/* The row of the vertex with this key; INSTANCE_NONE: the state does not know it. */
+uint32_t warm_row_of(const struct steiner_warm *warm, warm_key key);
 
 /* The caller's vertices behind those of an instance without reductions: vertex_of [instance's vertex_count]. */
 void warm_name_vertices(const struct search *search, uint32_t *vertex_of);

@@ -281,7 +281,7 @@ static void drag_on_mesh(uint64_t seed, bool has_chords, unsigned threads)
 	make_mesh(&world, 40, has_chords);
 	drag(&world, 12, moves_of(20), threads);
 	print_message("mesh: %u of %u from the warm state\n", world.answered, world.asked);
-	assert_true(world.answered * 3 > world.asked);
+	assert_true(world.answered * 2 > world.asked);
 	close_world(&world);
 }
 
@@ -304,7 +304,7 @@ static void drag_on_suit(uint64_t seed, bool has_chords)
 	make_suit(&world, has_chords);
 	drag(&world, 10, moves_of(15), 1);
 	print_message("suit: %u of %u from the warm state\n", world.answered, world.asked);
-	assert_true(world.answered * 3 > world.asked);
+	assert_true(world.answered * 2 > world.asked);
 	close_world(&world);
 }
 
@@ -404,6 +404,23 @@ static void a_state_larger_than_its_budget_is_not_kept(void **state)
 	close_world(&world);
 }
 
+/* Lanes fit, the flow beside them does not. */
+static void a_state_without_room_for_its_flow_serves_too(void **state)
+{
+	(void)state;
+	struct world world;
+	open_world(&world, 10);
+	steiner_warm_free(world.warm);
+	world.warm = steiner_warm_new(150000);
+	assert_non_null(world.warm);
+	make_mesh(&world, 40, false);
+	drag(&world, 12, 20, 1);
+	assert_true(steiner_warm_bytes(world.warm) <= 150000);
+	assert_true(steiner_warm_is_ready(world.warm));
+	assert_true(world.answered * 2 > world.asked);
+	close_world(&world);
+}
+
 static bool says_stop(void *context)
 {
 	return --*(int *)context < 0;
@@ -442,6 +459,7 @@ int main(void)
 		cmocka_unit_test(a_state_of_other_costs_misleads_nobody),
 		cmocka_unit_test(two_vertices_of_one_name_are_no_help_and_no_harm),
 		cmocka_unit_test(a_state_larger_than_its_budget_is_not_kept),
+		cmocka_unit_test(a_state_without_room_for_its_flow_serves_too),
 		cmocka_unit_test(a_preparation_that_is_stopped_leaves_the_state_as_it_was),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
