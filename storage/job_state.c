@@ -543,6 +543,7 @@ static int64_t smaller(int64_t a, int64_t b)
 
 static void merge(struct terms *terms, const struct terms *other, bool queued)
 {
+	bool same_word = other->client == terms->client && !strcmp(terms->word, other->word);
 	if (queued && other->class < terms->class) {
 		terms->class = other->class;
 		terms->client = other->client;
@@ -553,7 +554,7 @@ static void merge(struct terms *terms, const struct terms *other, bool queued)
 	terms->cancel_at_ms =
 		terms->cancel_at_ms && other->cancel_at_ms ? greater(terms->cancel_at_ms, other->cancel_at_ms) : 0;
 	terms->transient = terms->transient && other->transient ? terms->transient + 1 : 0;
-	if (other->client != terms->client || strcmp(terms->word, other->word) != 0)
+	if (!same_word)
 		terms->word = "";
 }
 
@@ -590,7 +591,8 @@ enum tw_status job_state_join(struct store *store, struct owner owner, int64_t j
 	if (status != TW_OK)
 		return status;
 	merge(&terms, &other, queued);
-	return write_terms(store, job, &terms, error);
+	status = write_terms(store, job, &terms, error);
+	return status == TW_OK ? supersede(store, &other, job, error) : status;
 }
 
 enum tw_status job_state_retry(struct store *store, struct owner owner, int64_t job, const struct job_request *request,

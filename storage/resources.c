@@ -332,38 +332,55 @@ static enum tw_status exists(struct store *store, const char *id, bool *found, s
 	return sql_end(&q, error);
 }
 
-static enum tw_status find_job(struct store *store, const char *id, int64_t *job, enum job_state *state,
-			       struct tw_error *error)
+/* What there is of equal content. */
+struct existing {
+	int64_t resource, job;
+	enum job_state state;
+};
+
+static enum tw_status find_existing(struct store *store, const char *id, struct existing *existing,
+				    struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT j.number, j.state FROM job j JOIN resource r ON r.number = j.resource"
-					" WHERE r.id = ?");
+	struct sql q = sql_query(store, "SELECT r.number, j.number, j.state FROM resource r"
+					" JOIN job j ON j.resource = r.number WHERE r.id = ?");
 	sql_bind_text(&q, id);
+	*existing = (struct existing){.state = JOB_SUCCEEDED};
 	if (sql_step(&q)) {
-		*job = sql_int(&q);
-		*state = (enum job_state)sql_int(&q);
+		existing->resource = sql_int(&q);
+		existing->job = sql_int(&q);
+		existing->state = (enum job_state)sql_int(&q);
 	}
 	return sql_end(&q, error);
 }
 
-/* Equal content is there already: nothing to do, unless it failed the last time, or is yet to be made and more urgent
- * now. */
+static enum tw_status retry(struct store *store, const struct resource_draft *draft, int64_t job,
+			    enum resource_outcome *outcome, struct tw_error *error)
+{
+	*outcome = RESOURCE_RETRIED;
+	enum tw_status status = key_check_limits(store, draft->owner.client, true, 0, error);
+	return status == TW_OK ? job_state_retry(store, draft->owner, job, &draft->queue, error) : status;
+}
+
+/* Nothing to do, unless it failed the last time, or is yet to be made and more urgent now. */
 static enum tw_status use_again(struct store *store, const char *id, const struct resource_draft *draft,
 				enum resource_outcome *outcome, struct tw_error *error)
 {
-	int64_t job = 0;
-	enum job_state state = JOB_SUCCEEDED;
+	struct existing existing;
 	*outcome = RESOURCE_EXISTED;
 	enum tw_status status = discard_uploads(store, draft, error);
 	if (status == TW_OK)
-		status = find_job(store, id, &job, &state, error);
-	if (status == TW_OK && !job_state_is_final(state))
-		return job_state_join(store, draft->owner, job, &draft->queue, error);
-	bool may_retry = state == JOB_FAILED || state == JOB_CANCELLED;
-	if (status != TW_OK || !may_retry || !resource_kind_row(draft->kind)->addressed)
+		status = find_existing(store, id, &existing, error);
+	if (status != TW_OK)
 		return status;
-	*outcome = RESOURCE_RETRIED;
-	status = key_check_limits(store, draft->owner.client, true, 0, error);
-	return status == TW_OK ? job_state_retry(store, draft->owner, job, &draft->queue, error) : status;
+	bool failed = existing.state == JOB_FAILED || existing.state == JOB_CANCELLED;
+	bool may_retry = failed && resource_kind_row(draft->kind)->addressed;
+	if (job_state_is_final(existing.state) && !may_retry)
+		return TW_OK;
+	status = may_retry ? retry(store, draft, existing.job, outcome, error)
+			   : job_state_join(store, draft->owner, existing.job, &draft->queue, error);
+	if (status != TW_OK || !draft->need_count)
+		return status;
+	return job_state_hasten_needs(store, draft->owner, existing.resource, &draft->queue, error);
 }
 
 /* The id that a draft has by its content, or a new one. */

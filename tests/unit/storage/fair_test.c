@@ -392,6 +392,8 @@ static void an_equal_request_makes_a_job_as_urgent_as_it_is(void **state)
 	assert_int_equal(order_next(f), slow);
 	assert_int_equal(order_field(f, slow, "client"), 2);
 	assert_int_equal(FIELD(f, 2, .class = JOB_BATCH), slow);
+	ORDER(f, 2, .class = JOB_BATCH, .supersedes = "a");
+	assert_int_equal(order_field(f, slow, "cancel_requested"), JOB_CANCEL_NONE);
 	assert_int_equal(order_field(f, slow, "class"), JOB_INTERACTIVE);
 	assert_int_equal(order_field(f, slow, "transient"), 0);
 	assert_int_equal(order_field(f, slow, "cancel_at_ms"), 0);
@@ -422,6 +424,13 @@ static void what_an_urgent_job_needs_is_as_urgent(void **state)
 	resource_clear(&resource);
 	ok(f, resource_create(f->store, &draft, &resource, &outcome, &f->error));
 	resource_clear(&resource);
+	/* As the batch was asked for again, and nothing of that has made it wait. */
+	draft.needs = (const char *[]){motion};
+	draft.kind = RESOURCE_FIELD;
+	draft.queue = (struct job_request){.class = JOB_BATCH, .cancel_after_ms = 100};
+	ok(f, resource_create(f->store, &draft, &resource, &outcome, &f->error));
+	assert_int_equal(outcome, RESOURCE_EXISTED);
+	resource_clear(&resource);
 	f->now_ms += 1000;
 	static const enum job_kind chain[] = {JOB_IMPORT_MESH, JOB_IMPORT_MOTION, JOB_COMPUTE_FIELD,
 					      JOB_COMPUTE_LAYOUT};
@@ -432,6 +441,36 @@ static void what_an_urgent_job_needs_is_as_urgent(void **state)
 		assert_int_equal(order_field(f, ticket.number, "class"), JOB_INTERACTIVE);
 		fixture_finish(f, &ticket);
 	}
+}
+
+static void what_an_equal_request_needs_becomes_as_urgent_too(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE];
+	struct resource resource;
+	enum resource_outcome outcome;
+	struct resource_draft draft = {.owner = {TENANT_DEFAULT, 1}, .kind = RESOURCE_FIELD, .need_count = 1};
+	fixture_create(f, RESOURCE_MESH, "v 0 0 0", NULL, NULL, mesh);
+	draft.needs = (const char *[]){mesh};
+	for (int i = 0; i < 2; i++) {
+		draft.queue.class = i ? JOB_INTERACTIVE : JOB_BATCH;
+		ok(f, resource_create(f->store, &draft, &resource, &outcome, &f->error));
+		resource_clear(&resource);
+		assert_int_equal(fixture_ask(f, "SELECT class FROM job WHERE kind = 0"),
+				 i ? JOB_INTERACTIVE : JOB_NORMAL);
+	}
+}
+
+static void an_equal_request_supersedes_what_it_says(void **state)
+{
+	struct fixture *f = *state;
+	int64_t shared = FIELD(f, 1, .priority = 0);
+	int64_t earlier = ORDER(f, 2, .supersedes = "drag");
+	assert_int_equal(FIELD(f, 2, .supersedes = "drag", .class = JOB_INTERACTIVE), shared);
+	assert_int_equal(order_field(f, earlier, "state"), JOB_CANCELLED);
+	/* But what another wants as well is not superseded in its turn. */
+	ORDER(f, 2, .supersedes = "drag");
+	assert_int_equal(order_next(f), shared);
 }
 
 static void a_job_that_is_asked_for_again_goes_by_the_new_request(void **state)
@@ -712,6 +751,8 @@ int main(void)
 		FAST_TEST(a_later_job_with_the_same_word_supersedes),
 		FAST_TEST(an_equal_request_makes_a_job_as_urgent_as_it_is),
 		FAST_TEST(what_an_urgent_job_needs_is_as_urgent),
+		FAST_TEST(what_an_equal_request_needs_becomes_as_urgent_too),
+		FAST_TEST(an_equal_request_supersedes_what_it_says),
 		FAST_TEST(a_job_that_is_asked_for_again_goes_by_the_new_request),
 		FAST_TEST(a_worker_prefers_what_it_has_in_memory_for),
 		FAST_TEST(no_job_is_passed_over_for_long_because_a_worker_is_warm),
