@@ -5,6 +5,7 @@
 #include "storage/bulk.h"
 #include "storage/recording.h"
 #include "storage/sql.h"
+#include "storage/task.h"
 
 /* What may be walked: tables of one row or a handful, what a statement has put together itself, and the running jobs,
  * which are as many as there are workers. */
@@ -229,6 +230,36 @@ static void queue_everything(struct fixture *f)
 	ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_FIELD, ticket.resource_id, true, &f->error));
 }
 
+/* And of the jobs that make no resource. */
+static void draw_everything(struct fixture *f)
+{
+	char layout[STORE_ID_SIZE];
+	const struct job_request request = {.class = JOB_INTERACTIVE, .transient = true};
+	struct job_artifact artifact = {"pattern.svg", "image/svg+xml", "<svg/>", 6};
+	struct job_result result = {.artifacts = &artifact, .artifact_count = 1};
+	struct claim_query query = order_query();
+	struct job_ticket ticket;
+	struct job job;
+	struct blob blob;
+	bool added = false, cancelled = false;
+	query.kinds = JOB_KIND_BIT(JOB_DRAW);
+	fixture_create(f, RESOURCE_LAYOUT, NULL, NULL, NULL, layout);
+	for (int i = 0; i < 2; i++) {
+		ok(f, task_ask(f->store, OWNER_DEFAULT, JOB_DRAW, layout, "pattern.svg", &request, &job, &added,
+			       &f->error));
+		job_clear(&job);
+	}
+	assert_true(order_claim(f, query, &ticket));
+	ok(f, job_finish(f->store, &ticket, &result, &f->error));
+	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error));
+	ok(f, task_note_read(f->store, &blob, &f->error));
+	ok(f, task_drop_files(f->store, UINT64_MAX, &f->error));
+	ok(f, task_ask(f->store, OWNER_DEFAULT, JOB_DRAW, layout, "pattern.svg", &request, &job, &added, &f->error));
+	ok(f, job_cancel_unwanted(f->store, job.id, job.transient, &cancelled, &f->error));
+	assert_true(cancelled);
+	job_clear(&job);
+}
+
 static void no_statement_walks_a_table(void **state)
 {
 	struct fixture *f = *state;
@@ -246,6 +277,7 @@ static void no_statement_walks_a_table(void **state)
 	work_on_everything(f, mesh, motion);
 	record(f);
 	queue_everything(f);
+	draw_everything(f);
 	assert_int_equal(check_connection(f, &f->store->reads), 0);
 	ok(f, transaction_begin(f->store, false, &f->error));
 	const struct connection *writer = f->store->connection;
