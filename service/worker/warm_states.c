@@ -78,12 +78,3 @@ void warm_states_settle(struct warm_states *states)
 	while (states->budget && states->count > 1 && bytes_held(states) > states->budget)
 		drop_last(states);
 }
-
-size_t warm_states_list(const struct warm_states *states, int64_t affinity[WARM_STATES_MOST])
-{
-	size_t count = 0;
-	for (size_t i = 0; i < states->count; i++)
-		if (steiner_warm_is_ready(states->entry[i].warm))
-			affinity[count++] = states->entry[i].affinity;
-	return count;
-}

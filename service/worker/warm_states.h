@@ -24,7 +24,4 @@ struct steiner_warm *warm_states_get(struct warm_states *states, int64_t affinit
  * the budget. */
 void warm_states_settle(struct warm_states *states);
 
-/* The affinities of the states that hold something, most recently used first. Returns how many there are. */
-size_t warm_states_list(const struct warm_states *states, int64_t affinity[WARM_STATES_MOST]);
-
 #endif

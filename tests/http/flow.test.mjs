@@ -135,6 +135,17 @@ test('options of the request reach the solver', async () => {
   await assertSameFiles(json, layoutByCommand(request));
 });
 
+test('the layouts of a drag, whose search goes on from the one before, have the bytes of the command line', async () => {
+  const options = { baseline: 'none', elongation: false };
+  for (let move = 0; move < 5; move++) {
+    const { terminals } = terminalsOf('joints10');
+    terminals[3] = { name: 'dragged', face: 1700 + 2 * move, barycentric: [0.25, 0.25, 0.5] };
+    const request = { terminals, options };
+    const { json } = await service.post('/v1/layouts', { ...request, field: field.id }, { ...wait, session: 'desk-1' });
+    await assertSameFiles(json, layoutByCommand(request));
+  }
+});
+
 // A PC2 file with every coordinate changed.
 function changed(name, change) {
   const bytes = Buffer.from(readFileSync(suit('motions', `${name}.pc2`)));
