@@ -115,9 +115,10 @@ static enum tw_status drop_some(struct store *store, struct tw_error *error)
 	enum tw_status status = transaction_begin(store, false, error);
 	if (status != TW_OK)
 		return status;
-	struct sql q = sql_query(store, CHUNK_LET_GO
-				 " WHERE number IN (SELECT number FROM blob INDEXED BY blob_of_task"
-				 " WHERE of_task = 1 AND resource IS NOT NULL ORDER BY touched_ms LIMIT ?)");
+	struct sql q = sql_query(store, CHUNK_LET_GO " WHERE number IN (SELECT number FROM blob INDEXED BY blob_of_task"
+						     " WHERE of_task = 1 AND resource IS NOT NULL AND touched_ms < ?"
+						     " ORDER BY touched_ms LIMIT ?)");
+	sql_bind_int(&q, INT64_MAX);
 	sql_bind_int(&q, STEP_FILES);
 	status = sql_run(&q, NULL, error);
 	return transaction_end(store, status, error);
@@ -126,7 +127,8 @@ static enum tw_status drop_some(struct store *store, struct tw_error *error)
 static enum tw_status has_some(struct store *store, bool *has, struct tw_error *error)
 {
 	struct sql q = sql_query(store, "SELECT 1 FROM blob INDEXED BY blob_of_task"
-					" WHERE of_task = 1 AND resource IS NOT NULL LIMIT 1");
+					" WHERE of_task = 1 AND resource IS NOT NULL AND touched_ms < ? LIMIT 1");
+	sql_bind_int(&q, INT64_MAX);
 	*has = sql_step(&q);
 	return sql_end(&q, error);
 }
