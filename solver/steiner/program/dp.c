@@ -156,69 +156,169 @@ static int add_start(struct dp *dp, uint32_t set, uint32_t vertex, fine_t cost, 
 	return 1;
 }
 
-/* Start labels for the union of a finished set, whose costs stand in dp->cost_at, and an earlier one. */
-static enum tw_status merge_pair(struct dp *dp, uint32_t set, uint32_t other)
+/* A set whose labels are laid out in `at`, while it is compared with others. */
+struct subject {
+	const struct dp *dp;
+	const struct dp_label *at; /* as in struct dp */
+	const uint64_t *bits;
+	uint64_t signature;
+	uint64_t scanned; /* labels of others that were looked at */
+	dp_take_joint *take;
+	void *taker;
+};
+
+static bool is_disjoint(const uint64_t *a, const uint64_t *b, size_t words)
 {
-	uint64_t bits[64]; /* TW_LIMIT_TERMINALS / 64 */
-	uint32_t union_set = INSTANCE_NONE;
-	const uint64_t room = dp->grower.dual ? dp->grower.room : UINT64_MAX;
-	const fine_t cutoff = dp->grower.cutoff;
-	const struct set *b = &dp->set[other];
-	const struct dp_label *labels = b->labels;
-	for (uint32_t i = 0, count = b->useful; i < count; i++) {
-		const struct dp_label *at = &dp->at[labels[i].vertex];
+	uint64_t common = 0;
+	for (size_t w = 0; w < words; w++)
+		common |= a[w] & b[w];
+	return !common;
+}
+
+/* Where an earlier set with these labels can be merged with the subject. False when a joint was not taken. */
+static bool compare(const struct subject *subject, uint32_t other, const struct dp_label *labels, uint32_t useful)
+{
+	const struct dp_grower *grower = &subject->dp->grower;
+	const uint64_t room = grower->dual ? grower->room : UINT64_MAX;
+	const fine_t cutoff = grower->cutoff;
+	for (uint32_t i = 0; i < useful; i++) {
+		const struct dp_label *at = &subject->at[labels[i].vertex];
 		if (at->cost == FINE_MAX || (uint64_t)at->reduced + labels[i].reduced >= room ||
 		    at->cost + labels[i].cost >= cutoff)
 			continue;
-		if (union_set == INSTANCE_NONE) {
-			for (size_t w = 0; w < dp->words; w++)
-				bits[w] = dp->bits[set * dp->words + w] | dp->bits[other * dp->words + w];
-			union_set = number_set(dp, bits);
-			if (union_set == INSTANCE_NONE)
-				return TW_ERROR_MEMORY;
-		}
-		if (!add_start(dp, union_set, labels[i].vertex, at->cost + labels[i].cost, set))
-			return TW_ERROR_MEMORY;
+		const struct dp_joint joint = {at->cost + labels[i].cost, labels[i].vertex, other};
+		if (!subject->take(subject->taker, &joint))
+			return false;
 	}
-	return TW_OK;
+	return true;
 }
 
-static enum tw_status merge_with_finished(struct dp *dp, uint32_t s, uint64_t signature)
+static void lay_out(const struct dp *dp, struct dp_label *at, const struct dp_label *labels, uint32_t useful)
 {
-	const struct set *set = &dp->set[s];
-	const struct dp_label *labels = set->labels;
-	uint32_t useful = set->useful;
-	size_t words = dp->words;
-	uint64_t scanned = 0;
-	enum tw_status status = TW_OK;
 	for (uint32_t i = 0; i < useful; i++)
-		dp->at[labels[i].vertex] = (struct dp_label){
+		at[labels[i].vertex] = (struct dp_label){
 			.cost = labels[i].cost,
 			.reduced = labels[i].reduced + (dp->grower.dual ? dp->grower.from_root[labels[i].vertex] : 0),
 		};
-	for (size_t j = 0; j < dp->done_count && status == TW_OK; j++) {
-		uint64_t common = 0;
-		for (size_t w = 0; w < words; w++)
-			common |= dp->done_bits[j * words + w] & dp->bits[s * words + w];
-		if (common || !(dp->done_signature[j] & signature))
-			continue;
-		scanned += dp->set[dp->done[j]].useful;
-		status = merge_pair(dp, s, dp->done[j]);
-	}
-	for (uint32_t i = 0; i < useful; i++)
-		dp->at[labels[i].vertex].cost = FINE_MAX;
-	if (!search_spend(dp->search, useful + scanned / 2 + dp->done_count / 16))
-		status = TW_ERROR_CANCELLED;
-	return status;
 }
 
-static enum tw_status finish(struct dp *dp, uint32_t s)
+static void take_up(struct dp_label *at, const struct dp_label *labels, uint32_t useful)
+{
+	for (uint32_t i = 0; i < useful; i++)
+		at[labels[i].vertex].cost = FINE_MAX;
+}
+
+static bool compare_with_finished(struct subject *subject)
+{
+	const struct dp *dp = subject->dp;
+	bool goes_on = true;
+	for (size_t j = 0; j < dp->done_count && goes_on; j++) {
+		if (!(dp->done_signature[j] & subject->signature) ||
+		    !is_disjoint(dp->done_bits + j * dp->words, subject->bits, dp->words))
+			continue;
+		const struct set *other = &dp->set[dp->done[j]];
+		subject->scanned += other->useful;
+		goes_on = compare(subject, dp->done[j], other->labels, other->useful);
+	}
+	return goes_on;
+}
+
+/* Those before it in the batch, which will be finished when its turn comes. */
+static bool compare_with_batch(struct subject *subject, const struct dp_batch *batch, uint32_t i, uint32_t *finished)
+{
+	const struct dp *dp = subject->dp;
+	bool goes_on = true;
+	for (uint32_t j = 0; j < i && goes_on; j++) {
+		const struct dp_grown *other = &batch->grown[j];
+		*finished += other->useful > 0;
+		if (!(other->signature & subject->signature) ||
+		    !is_disjoint(dp->bits + batch->set[j] * dp->words, subject->bits, dp->words))
+			continue;
+		subject->scanned += other->useful;
+		goes_on = compare(subject, batch->set[j], other->labels, other->useful);
+	}
+	return goes_on;
+}
+
+static uint64_t merge_work(uint32_t useful, uint64_t scanned, size_t finished)
+{
+	return useful + scanned / 2 + finished / 16;
+}
+
+/* Only reads what threads share. */
+static uint64_t merge_in_batch(const void *context, struct dp_label *at, const struct dp_batch *batch, uint32_t i,
+			       dp_take_joint *take, void *taker)
+{
+	const struct dp *dp = context;
+	const struct dp_grown *grown = &batch->grown[i];
+	struct subject subject = {dp, at, dp->bits + batch->set[i] * dp->words, grown->signature, 0, take, taker};
+	uint32_t finished = (uint32_t)dp->done_count;
+	lay_out(dp, at, grown->labels, grown->useful);
+	const bool is_complete = compare_with_finished(&subject) && compare_with_batch(&subject, batch, i, &finished);
+	take_up(at, grown->labels, grown->useful);
+	return is_complete ? merge_work(grown->useful, subject.scanned, finished) : 0;
+}
+
+/* Joints become start labels, which come in runs of one other set each. */
+struct joiner {
+	struct dp *dp;
+	uint32_t set;
+	uint32_t other, union_set; /* of the last joint */
+};
+
+static bool add_joint(void *taker, const struct dp_joint *joint)
+{
+	struct joiner *joiner = taker;
+	struct dp *dp = joiner->dp;
+	if (joint->other != joiner->other) {
+		uint64_t bits[64]; /* TW_LIMIT_TERMINALS / 64 */
+		for (size_t w = 0; w < dp->words; w++)
+			bits[w] = dp->bits[joiner->set * dp->words + w] | dp->bits[joint->other * dp->words + w];
+		joiner->other = joint->other;
+		joiner->union_set = number_set(dp, bits);
+	}
+	return joiner->union_set != INSTANCE_NONE &&
+	       add_start(dp, joiner->union_set, joint->vertex, joint->cost, joiner->set);
+}
+
+static enum tw_status merge_with_finished(struct dp *dp, uint32_t s, const struct dp_grown *grown)
 {
 	const struct set *set = &dp->set[s];
+	struct joiner joiner = {dp, s, INSTANCE_NONE, INSTANCE_NONE};
+	uint64_t work = grown->merge_work;
+	bool is_complete = true;
+	if (grown->joints) {
+		for (uint32_t i = 0; i < grown->joint_count && is_complete; i++)
+			is_complete = add_joint(&joiner, &grown->joints[i]);
+	} else {
+		const struct dp_label *labels = set->labels;
+		const uint32_t useful = set->useful;
+		uint64_t bits[64];
+		/* The sets' own may move. */
+		memcpy(bits, dp->bits + s * dp->words, dp->words * sizeof *bits);
+		struct subject subject = {dp, dp->at, bits, grown->signature, 0, add_joint, &joiner};
+		lay_out(dp, dp->at, labels, useful);
+		is_complete = compare_with_finished(&subject);
+		take_up(dp->at, labels, useful);
+		work = merge_work(useful, subject.scanned, dp->done_count);
+	}
+	if (!is_complete)
+		return TW_ERROR_MEMORY;
+	return search_spend(dp->search, work) ? TW_OK : TW_ERROR_CANCELLED;
+}
+
+static uint64_t sign(const void *context, const struct dp_label *labels, uint32_t useful)
+{
+	const struct dp *dp = context;
 	uint64_t signature = 0;
-	for (uint32_t i = 0; i < set->useful; i++)
-		signature |= dp->region[set->labels[i].vertex];
-	enum tw_status status = merge_with_finished(dp, s, signature);
+	for (uint32_t i = 0; i < useful; i++)
+		signature |= dp->region[labels[i].vertex];
+	return signature;
+}
+
+static enum tw_status finish(struct dp *dp, uint32_t s, const struct dp_grown *grown)
+{
+	enum tw_status status = merge_with_finished(dp, s, grown);
 	if (status != TW_OK)
 		return status;
 	size_t j = dp->done_count, words = dp->words;
@@ -230,7 +330,7 @@ static enum tw_status finish(struct dp *dp, uint32_t s)
 		return TW_ERROR_MEMORY;
 	dp->done[j] = s;
 	memcpy(dp->done_bits + j * words, dp->bits + s * words, words * sizeof *dp->bits);
-	dp->done_signature[j] = signature;
+	dp->done_signature[j] = grown->signature;
 	dp->done_count++;
 	return TW_OK;
 }
@@ -245,7 +345,7 @@ static uint32_t list_members(const struct dp *dp, uint32_t s, uint32_t *member)
 }
 
 /* Only reads what threads share. */
-static void start_set(void *context, struct dp_grower *grower, uint32_t s, uint32_t *member)
+static void start_set(const void *context, struct dp_grower *grower, uint32_t s, uint32_t *member)
 {
 	const struct dp *dp = context;
 	const uint32_t count = list_members(dp, s, member);
@@ -256,11 +356,13 @@ static void start_set(void *context, struct dp_grower *grower, uint32_t s, uint3
 		dp_grow_add(grower, dp->starts[i].vertex, dp->starts[i].cost, DP_MERGED | dp->starts[i].part);
 }
 
-static uint32_t next_set(void *context, uint32_t s)
+static uint32_t next_set(const void *context, uint32_t s)
 {
 	const struct dp *dp = context;
 	return dp->set[s].next;
 }
+
+static const struct dp_ahead_work ahead_work = {next_set, start_set, sign, merge_in_batch};
 
 /* From here on the calling thread works alone. */
 static void stop_helpers(struct dp *dp)
@@ -276,7 +378,7 @@ static struct dp_grown grow_set(struct dp *dp, uint32_t s)
 	if (dp->ahead && limit && arena_used(dp->arena) > limit / 2)
 		stop_helpers(dp);
 	if (dp->ahead && dp_ahead_is_empty(dp->ahead))
-		dp_ahead_grow(dp->ahead, s, next_set, start_set, dp);
+		dp_ahead_grow(dp->ahead, s);
 	const struct dp_grown *ahead = dp->ahead ? dp_ahead_take(dp->ahead, s) : NULL;
 	if (ahead) {
 		dp->search->work += ahead->work;
@@ -285,6 +387,7 @@ static struct dp_grown grow_set(struct dp *dp, uint32_t s)
 	struct dp_grown grown = {.labels = dp->labels, .trails = dp->trails};
 	start_set(dp, &dp->grower, s, dp->member);
 	grown.count = dp_grow(&dp->grower, dp->labels, &grown.useful, dp->trails);
+	grown.signature = sign(dp, dp->labels, grown.useful);
 	return grown;
 }
 
@@ -317,7 +420,7 @@ static enum tw_status handle_set(struct dp *dp, uint32_t s)
 		return TW_ERROR_MEMORY;
 	memcpy(set->labels, grown.labels, grown.useful * sizeof *set->labels);
 	memcpy(set->trails, grown.trails, grown.count * sizeof *set->trails);
-	return finish(dp, s);
+	return finish(dp, s, &grown);
 }
 
 static const struct dp_trail *trail_at(const struct dp *dp, uint32_t s, uint32_t v)
@@ -430,7 +533,8 @@ enum tw_status dp_solve(struct search *search, const struct dual *dual, fine_t c
 		memset(dp.by_size, 0xff, (k + 1) * sizeof *dp.by_size);
 		memset(dp.at, 0xff, n * sizeof *dp.at);
 		color_regions(&dp, dp.grower.frontier);
-		dp_ahead_new(&dp.ahead, &dp.grower, search->options->threads, search->options->memory_limit);
+		dp_ahead_new(&dp.ahead, &dp.grower, search->options->threads, search->options->memory_limit,
+			     &ahead_work, &dp);
 		status = run(&dp, found);
 		dp_ahead_free(dp.ahead);
 	}
