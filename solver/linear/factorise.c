@@ -12,7 +12,7 @@
 #define NONE UINT32_MAX
 
 /* Some 5 ms. */
-enum { POLL_OPERATIONS = 5000000 };
+enum { POLL_OPERATIONS = 50000000 };
 
 /* What a factorisation works with. Rows of the top have one place here, that in the top. */
 struct factor {
