@@ -17,5 +17,10 @@ enum tw_status instance_read(const char *path, struct arena *arena, struct stein
 		fprintf(stderr,
 			"warning: %s: %u edges from a vertex to itself were left out, which no tree has (line %zu%s)\n",
 			path, file->loop_count, file->loop_line, file->loop_count > 1 ? ", …" : "");
+	if (status == TW_OK && file->fixed > 0)
+		fprintf(stderr,
+			"warning: %s: the graph is what reductions left of another one, whose tree weighs %llu more "
+			"(FIXED)\n",
+			path, (unsigned long long)file->fixed);
 	return status;
 }

@@ -1,11 +1,11 @@
 /* A line at a time, a word at a time, over the borrowed bytes. The state machine has three states: between sections,
- * inside a section that is read (Graph, Terminals), inside one that is passed over. Edges are collected in a scratch
- * arena, from which graph_build copies them. */
+ * inside a section that is read (Graph, Terminals, Presolve), inside one that is passed over. Edges are collected in a
+ * scratch arena, from which graph_build copies them. */
 #include "solver/graph/steiner_file.h"
 
 #include <string.h>
 
-enum section { SECTION_NONE, SECTION_GRAPH, SECTION_TERMINALS, SECTION_IGNORED };
+enum section { SECTION_NONE, SECTION_GRAPH, SECTION_TERMINALS, SECTION_PRESOLVE, SECTION_IGNORED };
 
 enum { GRAPH_LINE_BYTES_MIN = 7 /* "E 1 2 0" */, TERMINAL_LINE_BYTES_MIN = 3 /* "T 1" */ };
 
@@ -30,6 +30,8 @@ struct reader {
 	uint32_t loop_count;                        /* read and left out */
 	size_t loop_line;                           /* of the first */
 	uint64_t weight_total;
+	bool is_presolved, has_fixed;
+	uint64_t fixed;
 
 	struct arena *scratch; /* owned */
 	uint32_t *ends;        /* [2 * edges] in scratch */
@@ -119,6 +121,25 @@ static int read_number(struct reader *reader, uint64_t *value)
 	}
 	*value = sum;
 	return word.length > 0;
+}
+
+/* A number whose fraction, if there is one, is zero. */
+static int read_whole(struct reader *reader, uint64_t *value)
+{
+	const char *const start = reader->line;
+	struct word word = next_word(reader);
+	const char *const point = memchr(word.text, '.', word.length);
+	const char *const end = word.text + word.length;
+	for (const char *c = point ? point + 1 : end; c < end; c++)
+		if (*c != '0')
+			return 0;
+	const char *const line_end = reader->line_end;
+	reader->line = start;
+	reader->line_end = point ? point : end;
+	const int is_number = read_number(reader, value);
+	reader->line = end;
+	reader->line_end = line_end;
+	return is_number;
 }
 
 static int line_is_over(struct reader *reader)
@@ -271,6 +292,29 @@ static enum tw_status read_terminal_line(struct reader *reader, struct word word
 		      "expected Terminals, T or END in the section Terminals; roots and prizes are not supported");
 }
 
+/* FIXED n: n may end in ".000". The other lines tell what was deleted and contracted, when, and in what time. */
+static enum tw_status read_presolve_line(struct reader *reader, struct word word)
+{
+	static const char *const told[] = {"date",     "time", "lower", "upper", "orgnodes",
+					   "orgedges", "ea",   "ec",    "ed",    "es"};
+	if (word_is(word, "end")) {
+		reader->section = SECTION_NONE;
+		return TW_OK;
+	}
+	for (size_t i = 0; i < sizeof told / sizeof *told; i++)
+		if (word_is(word, told[i]))
+			return TW_OK;
+	if (!word_is(word, "fixed"))
+		return refuse(reader, TW_ERROR_UNSUPPORTED, "steiner-file-section",
+			      "this line of the section Presolve is unknown, and may change the problem");
+	if (reader->has_fixed)
+		return refuse_syntax(reader, "one line FIXED in the section Presolve");
+	reader->has_fixed = true;
+	if (!read_whole(reader, &reader->fixed) || !line_is_over(reader) || reader->fixed > weight_total_max)
+		return refuse_syntax(reader, "a whole, non-negative number of at most 62 bits behind FIXED");
+	return TW_OK;
+}
+
 static enum tw_status open_section(struct reader *reader)
 {
 	const struct word name = next_word(reader);
@@ -280,6 +324,9 @@ static enum tw_status open_section(struct reader *reader)
 		if (!reader->graph_done)
 			return refuse_syntax(reader, "the section Graph before the section Terminals");
 		reader->section = SECTION_TERMINALS;
+	} else if (word_is(name, "presolve") && !reader->is_presolved) {
+		reader->section = SECTION_PRESOLVE;
+		reader->is_presolved = true;
 	} else if (word_is(name, "comment") || word_is(name, "coordinates")) {
 		reader->section = SECTION_IGNORED;
 	} else if (word_is(name, "tree")) {
@@ -307,6 +354,8 @@ static enum tw_status read_line(struct reader *reader)
 		return read_graph_line(reader, word);
 	if (reader->section == SECTION_TERMINALS)
 		return read_terminal_line(reader, word);
+	if (reader->section == SECTION_PRESOLVE)
+		return read_presolve_line(reader, word);
 	if (word_is(word, "section"))
 		return open_section(reader);
 	if (word_is(word, "eof")) {
@@ -370,6 +419,8 @@ enum tw_status steiner_file_read(struct steiner_file *file, struct arena *arena,
 	if (status == TW_OK) {
 		read.terminals = reader.terminal;
 		read.terminal_count = reader.terminal_count;
+		read.is_presolved = reader.is_presolved;
+		read.fixed = reader.fixed;
 		read.loop_count = reader.loop_count;
 		read.loop_line = reader.loop_line;
 		*file = read;

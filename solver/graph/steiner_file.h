@@ -3,15 +3,19 @@
  * two are told apart. Sources: PACE 2018 track descriptions (Bonnet & Sikora 2019); SteinLib format 1.0 (Koch, Martin &
  * Voß 2001).
  *
- * Strict: what could change the problem is refused, never skipped (arcs, fractional weights, presolved parts, degree
- * limits); only sections Comment, Coordinates and Tree Decomposition are passed over, and edges from a vertex to
- * itself, which no tree has. Announced counts must hold. Keywords are read in any case, lines with any end. */
+ * Strict: what could change the problem is refused, never skipped (arcs, fractional weights, degree limits); only
+ * sections Comment, Coordinates and Tree Decomposition are passed over, and edges from a vertex to itself, which no
+ * tree has. A section Presolve says that the graph is what reductions left of another one, and with FIXED how much of
+ * that one's tree they took; its other lines tell how they got there. Announced counts must hold. Keywords are read in
+ * any case, lines with any end. */
 #ifndef SOLVER_GRAPH_STEINER_FILE_H
 #define SOLVER_GRAPH_STEINER_FILE_H
 
 #include "solver/arena.h"
 #include "solver/graph/graph.h"
 #include "tightwire.h"
+
+#include <stdbool.h>
 
 #define STEINER_FILE_VERTICES_MAX 16000000u
 #define STEINER_FILE_EDGES_MAX 64000000u
@@ -23,6 +27,8 @@ struct steiner_file {
 	struct graph graph;  /* vertex v of the file is v - 1 here; edges in the order of the file, without loops */
 	uint32_t loop_count; /* edges from a vertex to itself, which were left out */
 	size_t loop_line;    /* of the first of them, from 1 */
+	bool is_presolved;   /* there is a section Presolve */
+	uint64_t fixed;      /* a tree of the graph before that weighs so much more */
 	uint32_t *terminals; /* [terminal_count], as listed; equal ones possible; borrowed from the arena */
 	uint32_t terminal_count;
 };

@@ -190,6 +190,23 @@ test('a wrong file is one line on stderr that names the line, and exit code 1', 
   assert.match(steiner('', '/does/not/exist').stderr, /does\/not\/exist: cannot open: No such file/);
 });
 
+test('the weight that a presolver took is told beside, and the file is named once', () => {
+  const text = '33D32945 STP File\nSECTION Presolve\nFIXED 12.0\nEND\nSECTION Graph\nNodes 2\nEdges 1\nE 1 2 3\nEND\n' +
+    'SECTION Terminals\nTerminals 2\nT 1\nT 2\nEND\nEOF\n';
+  const folder = temporaryFolder();
+  const file = join(folder.path, 'reduced.stp');
+  writeFileSync(file, text);
+  const solved = steiner('', file);
+  assert.equal(solved.status, 0);
+  assert.match(solved.stdout, /^VALUE 3\n/);
+  assert.match(solved.stderr, /12 more \(FIXED\)/);
+  writeFileSync(file, text.replace('12.0', '12.5'));
+  const refused = steiner('', file);
+  assert.notEqual(refused.status, 0);
+  for (const { stderr } of [solved, refused]) assert.equal(stderr.split('reduced.stp').length, 2, stderr);
+  folder.remove();
+});
+
 test('wrong usage is exit code 2', () => {
   for (const flags of [[], ['a', 'b'], ['-', '--bogus'], ['-', '--time-limit'], ['-', '--time-limit', 'soon'],
     ['-', '--threads', '0']]) {

@@ -117,6 +117,51 @@ static void reads_a_file_however_its_lines_are_written(void **state)
 	}
 }
 
+/* What reductions took is told; a fraction, or what nobody knows, is refused. */
+static void reads_what_a_presolver_took(void **state)
+{
+	static const char *const frame =
+		"33D32945 STP File\nSECTION Presolve\nDATE Tue, 7 Jul 1998\n%s\nORGNODES 9\nEA 1 2 3 4\n"
+		"END\nSECTION Graph\nNodes 2\nEdges 3\nE 1 2 5\nE 2 1 3\nE 1 2 3\nEND\n"
+		"SECTION Terminals\nTerminals 2\nT 1\nT 2\nEND\nEOF\n";
+	static const struct {
+		const char *line;
+		enum tw_status status;
+		uint64_t fixed;
+	} cases[] = {
+		{"FIXED 17", TW_OK, 17},
+		{"fixed 17.000", TW_OK, 17},
+		{"Fixed\t0.0", TW_OK, 0},
+		{"TIME 0.5", TW_OK, 0},
+		{"", TW_OK, 0},
+		{"FIXED 17.5", TW_ERROR_INPUT, 0},
+		{"FIXED 17 3", TW_ERROR_INPUT, 0},
+		{"FIXED", TW_ERROR_INPUT, 0},
+		{"FIXED .", TW_ERROR_INPUT, 0},
+		{"FIXED -1", TW_ERROR_INPUT, 0},
+		{"FIXED 1e3", TW_ERROR_INPUT, 0},
+		{"FIXED 9223372036854775807", TW_ERROR_INPUT, 0},
+		{"FIXED 1\nFIXED 1", TW_ERROR_INPUT, 0},
+		{"SCALE 2", TW_ERROR_UNSUPPORTED, 0},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		struct steiner_file file;
+		struct tw_error error = {0};
+		char text[1024];
+		snprintf(text, sizeof text, frame, cases[i].line);
+		const enum tw_status status = read_text(state, &file, text, &error);
+		if (status != cases[i].status)
+			fail_msg("%s: %d %s %s", cases[i].line, (int)status, error.where, error.text);
+		if (status != TW_OK) {
+			assert_memory_equal(error.where, "line ", 5);
+			continue;
+		}
+		assert_true(file.is_presolved);
+		assert_int_equal(file.fixed, cases[i].fixed);
+		assert_int_equal(file.graph.edge_count, 3); /* parallel edges stay */
+	}
+}
+
 static void passes_over_a_tree_decomposition(void **state)
 {
 	struct steiner_file file;
@@ -154,7 +199,7 @@ static void names_the_line_of_every_mistake(void **state)
 		{"SECTION Graph\nNodes 3\nEdges 1000000\n", "line 3", "steiner-file-too-large", TW_ERROR_LIMIT},
 		{"SECTION Graph\nNodes 3\nArcs 1\n", "line 3", "steiner-file-directed", TW_ERROR_UNSUPPORTED},
 		{"SECTION Terminals\n", "line 1", "steiner-file-syntax", TW_ERROR_INPUT},
-		{"SECTION Presolve\n", "line 1", "steiner-file-section", TW_ERROR_UNSUPPORTED},
+		{"SECTION MaximumDegrees\n", "line 1", "steiner-file-section", TW_ERROR_UNSUPPORTED},
 		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nSECTION Graph\n", "line 5", "steiner-file-section",
 		 TW_ERROR_UNSUPPORTED},
 		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nEOF\n", "line 5", "steiner-file-syntax", TW_ERROR_INPUT},
@@ -217,6 +262,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(reads_a_steinlib_file_of_any_case_and_line_end, setup, teardown),
 		cmocka_unit_test_setup_teardown(leaves_out_edges_from_a_vertex_to_itself, setup, teardown),
 		cmocka_unit_test_setup_teardown(reads_a_file_however_its_lines_are_written, setup, teardown),
+		cmocka_unit_test_setup_teardown(reads_what_a_presolver_took, setup, teardown),
 		cmocka_unit_test_setup_teardown(passes_over_a_tree_decomposition, setup, teardown),
 		cmocka_unit_test_setup_teardown(names_the_line_of_every_mistake, setup, teardown),
 		cmocka_unit_test_setup_teardown(survives_every_truncation_and_every_changed_byte, setup, teardown),
