@@ -17,8 +17,11 @@ static unsigned bits(uint64_t x)
  * much of the weight. */
 enum { TIE_BITS = 32, HASH_BITS = 10 };
 
-/* A tree has fewer edges than 2^bits(vertices), so that its tie-breaks sum to less than 2^shift. */
-static unsigned choose_shift(const struct graph *graph, const uint32_t *ties)
+/* So much smaller than a unit are the hashes of a tree: what they add is lost where bounds are rounded up to units. */
+enum { SPARE_BITS = 4 };
+
+/* A tree has fewer edges than 2^bits(vertices). */
+static unsigned tie_bits_of_tree(const struct graph *graph, const uint32_t *ties)
 {
 	return bits(graph->vertex_count) + (ties ? TIE_BITS : HASH_BITS);
 }
@@ -121,7 +124,8 @@ enum tw_status instance_init(struct instance *instance, struct arena *arena, con
 	uint32_t n = graph->vertex_count, m = graph->edge_count;
 	*instance = (struct instance){
 		.origin_leaf_count = m,
-		.shift = perturb ? choose_shift(graph, ties) : 0,
+		.shift = perturb ? tie_bits_of_tree(graph, ties) + (ties ? 0 : SPARE_BITS) : 0,
+		.tie_limit = perturb ? (fine_t)1 << tie_bits_of_tree(graph, ties) : 1,
 		.ties = perturb ? ties : NULL,
 	};
 	if (!allocate(instance, arena, n, m, terminal_count) || !allocate_history(instance, arena, m, n))

@@ -29,6 +29,7 @@ struct instance {
 	uint32_t edge_count;
 	uint32_t terminal_count;
 	unsigned shift;        /* fine weight >> shift is the caller's */
+	fine_t tie_limit;      /* a tree's tie-breaks sum to less; at most 1 << shift */
 	const uint32_t *ties;  /* [origin_leaf_count] the caller's tie-breaks; borrowed; NULL: none */
 	fine_t base;           /* fine weight of the taken origins */
 	uint32_t *first;       /* [vertex_count + 1] */

@@ -30,7 +30,7 @@ enum {
 enum { PROGRAM_SHARE = 100, FEW_SHARE = 30000, MANY_SQUARE = 36 * 36, LEAST_BUDGET = 3000000, MOST_ROUNDS = 20 };
 enum { FEW_TERMINALS = 14, CUT_ROUND = 6 };
 enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, SMALL_SHARE = 700, REPEAT_SHARE = 50 };
-enum { DENSE_LEAST = 1000000, DENSE_SHARE = 200 };
+enum { DENSE_LEAST = 4000000, DENSE_SHARE = 200 };
 
 /* An edge counts as used by the flow with a price on more than this share of its cost. Measured with 60 to 100
  * terminals on 23,500 vertices: after 24 iterations 0.01, 0.02 and 0.04 left 9,000, 4,600 and 2,000 edges after

@@ -249,19 +249,27 @@ enum tw_status search_offer(struct search *search, const uint32_t *edges, uint32
 	return status;
 }
 
+/* The least whole units that a tree of this fine weight, or of more, can weigh. Fine weights are whole units and less
+ * than tie_limit. */
+static fine_t round_up_to_units(const struct instance *instance, fine_t fine)
+{
+	const fine_t below = ((fine_t)1 << instance->shift) - 1,
+		     least = fine < instance->tie_limit ? 0 : fine - (instance->tie_limit - 1);
+	return (least + below) & ~below;
+}
+
 void search_bound(struct search *search, fine_t fine_bound)
 {
-	const unsigned shift = search->instance.shift;
 	const fine_t with_base = fine_bound + search->instance.base;
 	fine_t fine = with_base < search->assumed ? with_base : search->assumed;
 	if (!search_breaks_ties(search))
-		fine = fine >> shift << shift;
+		fine = round_up_to_units(&search->instance, fine);
 	if (fine > search->proven)
 		search->proven = fine;
 	if (search->proven > search->best_fine)
 		search->proven = search->best_fine;
 	/* Tie-breaks are less than a unit, so a tree below the whole units of the bound would be below the bound. */
-	search->lower_bound = (uint64_t)(search->proven >> shift);
+	search->lower_bound = (uint64_t)(search->proven >> search->instance.shift);
 }
 
 void search_close(struct search *search)
@@ -275,7 +283,12 @@ fine_t search_cutoff(const struct search *search)
 {
 	if (search->best_fine == FINE_MAX)
 		return FINE_MAX;
-	const fine_t fine = search->assumed < search->best_fine ? search->assumed : search->best_fine;
+	/* A better tree is lighter by a unit, but for its tie-breaks. */
+	const fine_t unit = (fine_t)1 << search->instance.shift;
+	const fine_t less =
+		search_breaks_ties(search) || search->best_fine < unit ? 0 : unit - search->instance.tie_limit;
+	const fine_t better = search->best_fine - less;
+	const fine_t fine = search->assumed < better ? search->assumed : better;
 	return fine > search->instance.base ? fine - search->instance.base : 0;
 }
 

@@ -39,7 +39,7 @@ static enum tw_status improve_by_search(struct search *search, struct dual *dual
 	uint64_t effort = IMPROVE_SHARE * edges < improve_work_most ? IMPROVE_SHARE * edges : improve_work_most;
 	if (effort < LEAST_SHARE * edges)
 		effort = LEAST_SHARE * edges;
-	return dual_improve(dual, search, effort, search_cutoff(search));
+	return dual_improve(dual, search, effort, search->best_fine);
 }
 
 /* The flow's bound where a flow fits and is better. */
