@@ -113,6 +113,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 			state = exchange_body(exchange, body + at, body_size - at < 64 ? body_size - at : 64);
 		if (state == EXCHANGE_READING)
 			state = exchange_end(exchange);
+		if (state == EXCHANGE_READING) /* a read that has to write */
+			state = exchange_end(exchange);
 		if (state == EXCHANGE_HELD)
 			state = exchange_resume(exchange);
 		check_answer(exchange_response(exchange));

@@ -3,6 +3,7 @@
 
 #include "api/route.h"
 #include "storage/job_state.h"
+#include "storage/queue.h"
 #include "storage/resources.h"
 #include "storage/sql.h"
 
@@ -99,7 +100,10 @@ static enum exchange_state drive(struct fixture *f, const char *method, const ch
 		state = exchange_open(f->exchange);
 	for (size_t at = 0; state == EXCHANGE_READING && at < size; at += 7)
 		state = exchange_body(f->exchange, body + at, size - at < 7 ? size - at : 7);
-	return state == EXCHANGE_READING ? exchange_end(f->exchange) : state;
+	if (state == EXCHANGE_READING)
+		state = exchange_end(f->exchange);
+	/* A read that has to write. */
+	return state == EXCHANGE_READING && exchange_may_wait(f->exchange) ? exchange_end(f->exchange) : state;
 }
 
 /* Sends a request whose body comes in small pieces; the response's status. */
@@ -416,6 +420,86 @@ static void a_header_of_a_response_cannot_be_split(void **state)
 	response_clear(&response);
 }
 
+/* A layout whose search is done, by the way that workers take. */
+static void make_layout(struct fixture *f, char id[STORE_ID_SIZE])
+{
+	static const uint64_t numbers[9] = {0};
+	const struct tw_array trees = {job_kind_row(JOB_DRAW)->source, TW_U64, 1, 9, numbers};
+	const struct job_artifact artifact = {"layout.json", "application/json", "{}", 2};
+	const struct job_result result = {
+		.summary = "{}", .arrays = &trees, .array_count = 1, .artifacts = &artifact, .artifact_count = 1};
+	const struct resource_draft field = {.owner = OWNER_DEFAULT, .kind = RESOURCE_FIELD};
+	const struct claim_query query = {.kinds = JOB_KINDS_ALL, .worker = "tester", .lease_ms = 5000};
+	struct store *store = NULL;
+	struct resource resource;
+	struct job_ticket ticket;
+	enum resource_outcome outcome;
+	char field_id[STORE_ID_SIZE];
+	bool found = false;
+	assert_int_equal(store_open(&store, f->url, NULL), TW_OK);
+	assert_int_equal(resource_create(store, &field, &resource, &outcome, NULL), TW_OK);
+	snprintf(field_id, sizeof field_id, "%s", resource.id);
+	resource_clear(&resource);
+	const struct resource_draft layout = {.owner = OWNER_DEFAULT,
+					      .kind = RESOURCE_LAYOUT,
+					      .needs = (const char *const[]){field_id},
+					      .need_count = 1};
+	assert_int_equal(resource_create(store, &layout, &resource, &outcome, NULL), TW_OK);
+	snprintf(id, STORE_ID_SIZE, "%s", resource.id);
+	resource_clear(&resource);
+	for (int i = 0; i < 2; i++) {
+		assert_int_equal(job_claim(store, &query, &ticket, &found, NULL), TW_OK);
+		assert_true(found);
+		assert_int_equal(job_finish(store, &ticket, &result, NULL), TW_OK);
+	}
+	store_close(store);
+}
+
+/* Threads that only read never wait for the store's writer: the step is taken once more, elsewhere. */
+static void a_read_that_has_to_write_says_so_first(void **state)
+{
+	struct fixture *f = *state;
+	struct api_request request = {.method = "GET", .header = find_header, .context = f};
+	char layout[STORE_ID_SIZE], target[128];
+	make_layout(f, layout);
+	snprintf(target, sizeof target, "/v1/layouts/%s/pattern.svg", layout);
+	for (int asked = 0; asked < 2; asked++) {
+		forget(f);
+		f->exchange = exchange_new(f->api, target);
+		assert_int_equal(exchange_headers(f->exchange, &request), EXCHANGE_READING);
+		assert_int_equal(exchange_open(f->exchange), EXCHANGE_READING);
+		assert_false(exchange_may_wait(f->exchange));
+		assert_int_equal(exchange_end(f->exchange), EXCHANGE_READING);
+		assert_true(exchange_may_wait(f->exchange));
+		assert_int_equal(exchange_end(f->exchange), EXCHANGE_HELD);
+		assert_false(exchange_may_wait(f->exchange)); /* from here on it reads */
+		assert_int_equal(exchange_resume(f->exchange), EXCHANGE_ANSWERED);
+		assert_int_equal(exchange_response(f->exchange)->status, 503);
+	}
+	assert_int_equal(f->jobs_added, 1); /* for both */
+	assert_int_equal(ask(f, "GET", "/v1/jobs?kind=draw", NULL), 200);
+	assert_int_equal(json_array_size(json_object_get(f->json, "items")), 1);
+	snprintf(target, sizeof target, "/v1/layouts/%s/layout.json", layout);
+	assert_int_equal(ask(f, "GET", target, NULL), 200);
+}
+
+/* Where the service itself ends a request, its client has not left. */
+static void only_a_client_that_leaves_cancels(void **state)
+{
+	struct fixture *f = *state;
+	set_header(f, "Prefer", "wait=5, on_disconnect=cancel");
+	for (int leaves = 0; leaves < 2; leaves++) {
+		forget(f);
+		assert_int_equal(drive(f, "POST", "/v1/rig/recordings", "{}", 2), EXCHANGE_HELD);
+		assert_string_equal(header(f, "Preference-Applied"), "wait=5, on_disconnect=cancel");
+		if (leaves)
+			exchange_leave(f->exchange);
+		assert_int_equal(exchange_may_wait(f->exchange), leaves);
+		assert_int_equal(ask(f, "GET", "/v1/jobs?state=cancelled", NULL), 200);
+		assert_int_equal(json_array_size(json_object_get(f->json, "items")), leaves);
+	}
+}
+
 static void a_job_without_a_resource_is_shown_like_any_other(void **state)
 {
 	struct fixture *f = *state;
@@ -455,6 +539,8 @@ int main(void)
 		CLAIM(a_wait_is_held_until_the_job_has_ended),
 		CLAIM(a_wait_is_no_longer_than_the_service_allows),
 		CLAIM(where_too_many_wait_nobody_else_is_held),
+		CLAIM(a_read_that_has_to_write_says_so_first),
+		CLAIM(only_a_client_that_leaves_cancels),
 		CLAIM(a_reload_changes_the_keys_of_what_begins_after_it),
 		CLAIM(a_page_of_another_origin_cannot_drive_a_service_without_keys),
 		CLAIM(a_body_needs_a_media_type_that_no_page_may_send),
