@@ -203,7 +203,7 @@ static enum tw_status create_key(struct api_call *call, const json_t *body, stru
 	static const char *const known[] = {"tenant", "name", "scopes", "expires_at", "limits", NULL};
 	char secret[SECRET_SIZE];
 	const char *tenant = NULL;
-	struct key key;
+	struct key key = {0};
 	struct key_draft draft = {0};
 	enum tw_status status = json_check_members(body, "", known, error);
 	if (status == TW_OK)
@@ -265,7 +265,7 @@ enum tw_status list_keys(struct api_call *call, struct tw_error *error)
 
 enum tw_status get_key(struct api_call *call, struct tw_error *error)
 {
-	struct key key;
+	struct key key = {0};
 	int64_t tenant = 0;
 	enum tw_status status = find_key(call, &key, &tenant, error);
 	return status == TW_OK ? respond_key(call, 200, &key, NULL, error) : status;
@@ -275,7 +275,7 @@ enum tw_status rotate_key(struct api_call *call, struct tw_error *error)
 {
 	static const char *const known[] = {"tenant", "overlap_s", NULL};
 	char secret[SECRET_SIZE];
-	struct key key;
+	struct key key = {0};
 	int64_t tenant = 0, overlap_s = 0;
 	enum tw_status status = query_only(&call->query, known, error);
 	if (status == TW_OK)
@@ -295,7 +295,7 @@ enum tw_status rotate_key(struct api_call *call, struct tw_error *error)
 
 enum tw_status revoke_key(struct api_call *call, struct tw_error *error)
 {
-	struct key key;
+	struct key key = {0};
 	int64_t tenant = 0;
 	enum tw_status status = find_key(call, &key, &tenant, error);
 	if (status == TW_OK)
@@ -310,7 +310,7 @@ enum tw_status revoke_key(struct api_call *call, struct tw_error *error)
 static enum tw_status show_tenant(struct api_call *call, json_t **json, struct tw_error *error)
 {
 	char name[TENANT_NAME_SIZE];
-	struct key key;
+	struct key key = {0};
 	const struct access_key *own = call->caller.key;
 	enum tw_status status = tenant_name(call->store, call->caller.owner.tenant, name, error);
 	/* One of a key file has no row. */

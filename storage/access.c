@@ -23,7 +23,7 @@ static void read_veil(struct sql *q, uint8_t veil[ACCESS_VEIL_SIZE])
 
 static enum tw_status read_state(struct store *store, struct access *access, struct tw_error *error)
 {
-	struct sql q = sql_query(store, "SELECT a.change, a.keys_needed, t.number, t.salt FROM access a, tenant t"
+	struct sql q = sql_query(store, "SELECT change, keys_needed, t.number, t.salt FROM access, tenant t"
 					" WHERE t.name = 'default'");
 	if (sql_step(&q)) {
 		access->change = sql_int(&q);
@@ -63,11 +63,12 @@ static void read_key(struct sql *q, struct access_key *key)
 static enum tw_status read_keys(struct store *store, struct access *access, struct tw_error *error)
 {
 	size_t room = 0;
-	struct sql q = sql_query(store, "SELECT s.hash, k.tenant, k.number, t.salt, k.scopes, k.expires_ms, s.until_ms,"
-					" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, k.name"
-					" FROM api_key_secret s JOIN api_key k ON k.number = s.key"
-					" JOIN tenant t ON t.number = k.tenant"
-					" WHERE k.revoked_ms = 0 AND t.name IS NOT NULL ORDER BY s.hash");
+	struct sql q = sql_query(
+		store, "SELECT secret.hash, k.tenant, k.number, t.salt, k.scopes, k.expires_ms, secret.until_ms,"
+		       " k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, k.name"
+		       " FROM api_key_secret secret JOIN api_key k ON k.number = secret.key"
+		       " JOIN tenant t ON t.number = k.tenant"
+		       " WHERE k.revoked_ms = 0 AND t.name IS NOT NULL ORDER BY secret.hash");
 	while (sql_step(&q)) {
 		if (access->count == room) {
 			room = room ? 2 * room : 16;

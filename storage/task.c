@@ -3,6 +3,7 @@
 #include "storage/chunk.h"
 #include "storage/job_state.h"
 #include "storage/jobs.h"
+#include "storage/key.h"
 #include "storage/sql.h"
 
 enum {
@@ -54,7 +55,9 @@ static enum tw_status find_last(struct store *store, const struct task *task, in
 static enum tw_status add(struct store *store, struct owner owner, const struct task *task,
 			  const struct job_request *request, int64_t *job, struct tw_error *error)
 {
-	enum tw_status status = job_state_add(store, owner, 0, task->kind, request, job, error);
+	enum tw_status status = key_check_limits(store, owner.client, true, 0, error);
+	if (status == TW_OK)
+		status = job_state_add(store, owner, 0, task->kind, request, job, error);
 	if (status != TW_OK)
 		return status;
 	struct sql q = sql_query(store, "UPDATE job SET subject = ?, argument = ? WHERE number = ?");

@@ -8,7 +8,7 @@
 
 /* The job of this kind that makes the file `argument` of a resource: one that is queued or runs, now at least as urgent
  * as `request` says; or the last one, where that has failed; else a new one. `*added`: it is new. TW_ERROR_NOT_FOUND
- * "no-such-resource". */
+ * "no-such-resource", and the limit of the owner's key (key_check_limits). */
 enum tw_status task_ask(struct store *store, struct owner owner, enum job_kind kind, const char *resource_id,
 			const char *argument, const struct job_request *request, struct job *job, bool *added,
 			struct tw_error *error) TW_NODISCARD;

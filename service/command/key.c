@@ -137,7 +137,7 @@ static enum tw_status take_limits(const struct request *request, struct key_limi
 static enum tw_status create(struct request *request, struct tw_error *error)
 {
 	char secret[SECRET_SIZE];
-	struct key key;
+	struct key key = {0};
 	struct key_draft draft = {.name = request->name};
 	enum tw_status status =
 		key_parse_scopes(request->scopes ? request->scopes : "read,submit", &draft.scopes, error);
@@ -162,7 +162,7 @@ static enum tw_status find(struct request *request, struct key *key, int64_t *te
 static enum tw_status rotate(struct request *request, struct tw_error *error)
 {
 	char secret[SECRET_SIZE];
-	struct key key;
+	struct key key = {0};
 	int64_t tenant = 0, overlap_ms = 0;
 	enum tw_status status =
 		amount_parse_duration("--overlap", request->overlap ? request->overlap : "24h", &overlap_ms, error);
@@ -175,7 +175,7 @@ static enum tw_status rotate(struct request *request, struct tw_error *error)
 
 static enum tw_status revoke(struct request *request, struct tw_error *error)
 {
-	struct key key;
+	struct key key = {0};
 	int64_t tenant = 0;
 	enum tw_status status = find(request, &key, &tenant, error);
 	if (status == TW_OK)

@@ -1,6 +1,7 @@
 /* However many rows there are, no statement walks a table: SQLite is asked how it would run every one of them. */
 #include "tests/unit/storage/order.h"
 
+#include "storage/access.h"
 #include "storage/attempt.h"
 #include "storage/bulk.h"
 #include "storage/recording.h"
@@ -11,19 +12,10 @@
  * which are as many as there are workers. */
 static bool may_be_walked(const char *name)
 {
-	static const char *const known[] = {"up",
-					    "down",
-					    "d",
-					    "cause",
-					    "c",
-					    "change",
-					    "rig",
-					    "boot",
-					    "job_count",
-					    "CONSTANT",
-					    "f",
-					    "(subquery",
-					    "job USING INDEX job_leased"};
+	static const char *const known[] = {
+		"up",        "down",     "d",    "cause",     "c",
+		"change",    "rig",      "boot", "access",    "secret", /* every daemon keeps all keys in memory */
+		"job_count", "CONSTANT", "f",    "(subquery", "job USING INDEX job_leased"};
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
 		size_t size = strlen(known[i]);
 		if (!strncmp(name, known[i], size) && (name[size] == '\0' || name[size] == ' ' || name[size] == '-'))
@@ -43,7 +35,9 @@ static unsigned check_plan(struct fixture *f, const char *text)
 	assert_int_equal(sqlite3_prepare_v2(f->oracle, explain, -1, &statement, NULL), SQLITE_OK);
 	while (sqlite3_step(statement) == SQLITE_ROW) {
 		const char *line = (const char *)sqlite3_column_text(statement, 3);
-		bool walks = !strncmp(line, "SCAN ", 5) && !may_be_walked(line + 5);
+		/* The turns of open shares, once, at the end of a tenant. */
+		bool ends_tenant = strstr(text, "DELETE FROM turn WHERE share IN") != NULL;
+		bool walks = !strncmp(line, "SCAN ", 5) && !may_be_walked(line + 5) && !ends_tenant;
 		/* The blobs of one resource are few. */
 		bool sorts = !strncmp(line, "USE TEMP B-TREE", 15) && !strstr(text, "FROM blob b JOIN resource r");
 		if (walks || sorts)
@@ -260,6 +254,41 @@ static void draw_everything(struct fixture *f)
 	job_clear(&job);
 }
 
+static void keys_and_a_tenant_that_goes(struct fixture *f)
+{
+	char secret[SECRET_SIZE];
+	int64_t mill = 0, change = 0;
+	bool more = true;
+	struct key key;
+	struct key_page page;
+	struct access access;
+	struct tenant tenants[4];
+	struct resource layout;
+	enum resource_outcome outcome;
+	size_t count = 0;
+	ok(f, tenant_create(f->store, "mill", &mill, &f->error));
+	const struct key_draft draft = {
+		.tenant = mill, .name = "mes", .scopes = KEY_READ, .limits = {.queued_jobs = 5}};
+	ok(f, key_create(f->store, &draft, &key, secret, &f->error));
+	ok(f, key_find(f->store, mill, "mes", &key, &f->error));
+	ok(f, key_get_number(f->store, key.number, &key, &f->error));
+	ok(f, key_rotate(f->store, mill, key.id, 1000, &key, secret, &f->error));
+	ok(f, key_list(f->store, mill, 0, 10, &page, &f->error));
+	key_page_clear(&page);
+	ok(f, access_change(f->store, &change, &f->error));
+	ok(f, access_read(f->store, &access, &f->error));
+	access_clear(&access);
+	ok(f, access_add_uses(f->store, &(struct access_use){key.number, 1, 1}, 1, &f->error));
+	const struct resource_draft asked = {.owner = {mill, key.number}, .kind = RESOURCE_LAYOUT};
+	ok(f, resource_create(f->store, &asked, &layout, &outcome, &f->error));
+	resource_clear(&layout);
+	ok(f, key_revoke(f->store, mill, key.id, &key, &f->error));
+	ok(f, tenant_list(f->store, 0, tenants, 4, &count, &f->error));
+	ok(f, tenant_delete(f->store, "mill", &f->error));
+	while (more)
+		ok(f, tenant_sweep(f->store, &more, &f->error));
+}
+
 static void no_statement_walks_a_table(void **state)
 {
 	struct fixture *f = *state;
@@ -278,6 +307,7 @@ static void no_statement_walks_a_table(void **state)
 	record(f);
 	queue_everything(f);
 	draw_everything(f);
+	keys_and_a_tenant_that_goes(f);
 	assert_int_equal(check_connection(f, &f->store->reads), 0);
 	ok(f, transaction_begin(f->store, false, &f->error));
 	const struct connection *writer = f->store->connection;
