@@ -59,6 +59,7 @@ static json_t *show_key(const struct key *key, const char *secret)
 	json_object_set_new(json, "tenant", json_string(key->tenant));
 	json_object_set_new(json, "name", json_string(key->name));
 	json_object_set_new(json, "scopes", show_scopes(key->scopes));
+	json_object_set_new(json, "weight", json_integer(key->weight));
 	json_object_set_new(json, "limits", show_limits(&key->limits));
 	json_object_set_new(json, "created_at", json_time(key->created_ms));
 	json_object_set_new(json, "expires_at", json_time(key->expires_ms));
@@ -135,6 +136,17 @@ static enum tw_status parse_scopes(const struct api_call *call, const json_t *bo
 	return *scopes & ~call->caller.scopes ? call_refuse_scope(call, *scopes & ~call->caller.scopes, error) : TW_OK;
 }
 
+static enum tw_status parse_weight(const json_t *body, uint32_t *weight, struct tw_error *error)
+{
+	const json_t *value = json_object_get(body, "weight");
+	json_int_t number = value ? json_integer_value(value) : 1;
+	if ((value && !json_is_integer(value)) || number < 1 || number > JOB_WEIGHT_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "key-weight", "/weight",
+			       "a weight is a whole number from 1 to %d", JOB_WEIGHT_MAX);
+	*weight = (uint32_t)number;
+	return TW_OK;
+}
+
 static enum tw_status parse_limit(const json_t *limits, const char *name, int64_t *limit, struct tw_error *error)
 {
 	char pointer[64];
@@ -200,7 +212,7 @@ static void place(struct tw_error *error)
 
 static enum tw_status create_key(struct api_call *call, const json_t *body, struct tw_error *error)
 {
-	static const char *const known[] = {"tenant", "name", "scopes", "expires_at", "limits", NULL};
+	static const char *const known[] = {"tenant", "name", "scopes", "expires_at", "weight", "limits", NULL};
 	char secret[SECRET_SIZE];
 	const char *tenant = NULL;
 	struct key key = {0};
@@ -214,6 +226,8 @@ static enum tw_status create_key(struct api_call *call, const json_t *body, stru
 		status = parse_scopes(call, body, &draft.scopes, error);
 	if (status == TW_OK)
 		status = parse_expiry(body, &draft.expires_ms, error);
+	if (status == TW_OK)
+		status = parse_weight(body, &draft.weight, error);
 	if (status == TW_OK)
 		status = parse_limits(body, &draft.limits, error);
 	if (status == TW_OK)

@@ -171,6 +171,7 @@ enum tw_status resource_respond_wanted(struct api_call *call, const struct resou
 static struct job_request queue_of(const struct api_call *call, const struct resource_draft *draft)
 {
 	struct job_request queue = call->submit.queue;
+	queue.weight = call->caller.key ? call->caller.key->weight : 0;
 	if (draft->need_count)
 		queue.affinity = job_affinity(draft->needs[0], queue.session);
 	return queue;

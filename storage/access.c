@@ -51,6 +51,7 @@ static void read_key(struct sql *q, struct access_key *key)
 	key->owner.client = sql_int(q);
 	read_veil(q, key->veil);
 	key->scopes = (unsigned)sql_int(q);
+	key->weight = (uint32_t)sql_int(q);
 	int64_t expires_ms = sql_int(q);
 	key->until_ms = earlier(expires_ms, sql_int(q));
 	key->limits.requests_per_s = sql_int(q);
@@ -64,11 +65,12 @@ static enum tw_status read_keys(struct store *store, struct access *access, stru
 {
 	size_t room = 0;
 	struct sql q = sql_query(
-		store, "SELECT secret.hash, k.tenant, k.number, t.salt, k.scopes, k.expires_ms, secret.until_ms,"
-		       " k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, k.name"
-		       " FROM api_key_secret secret JOIN api_key k ON k.number = secret.key"
-		       " JOIN tenant t ON t.number = k.tenant"
-		       " WHERE k.revoked_ms = 0 AND t.name IS NOT NULL ORDER BY secret.hash");
+		store,
+		"SELECT secret.hash, k.tenant, k.number, t.salt, k.scopes, k.weight, k.expires_ms, secret.until_ms,"
+		" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, k.name"
+		" FROM api_key_secret secret JOIN api_key k ON k.number = secret.key"
+		" JOIN tenant t ON t.number = k.tenant"
+		" WHERE k.revoked_ms = 0 AND t.name IS NOT NULL ORDER BY secret.hash");
 	while (sql_step(&q)) {
 		if (access->count == room) {
 			room = room ? 2 * room : 16;

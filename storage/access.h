@@ -14,6 +14,7 @@ struct access_key {
 	struct owner owner;
 	uint8_t veil[ACCESS_VEIL_SIZE]; /* of the tenant */
 	unsigned scopes;
+	uint32_t weight;  /* of its jobs in the queue; 0: as usual */
 	int64_t until_ms; /* since 1970; 0: for ever */
 	struct key_limits limits;
 	char name[KEY_NAME_SIZE]; /* for the log */

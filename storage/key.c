@@ -74,6 +74,9 @@ static enum tw_status check_draft(const struct store *store, const struct key_dr
 			       "a key without a scope is good for nothing; there are: read, submit, rig, admin");
 	if (draft->expires_ms && draft->expires_ms <= store_now_ms(store))
 		return tw_fail(error, TW_ERROR_INPUT, "key-expiry", NULL, "the key would have expired already");
+	if (draft->weight > JOB_WEIGHT_MAX)
+		return tw_fail(error, TW_ERROR_INPUT, "key-weight", NULL, "a weight is a whole number from 1 to %d",
+			       JOB_WEIGHT_MAX);
 	if (!is_limit(limits->requests_per_s, COUNT_MAX) || !is_limit(limits->requests_per_min, COUNT_MAX) ||
 	    !is_limit(limits->queued_jobs, COUNT_MAX) || !is_limit(limits->stored_bytes, BYTES_MAX))
 		return tw_fail(error, TW_ERROR_INPUT, "key-limit", NULL,
@@ -93,7 +96,7 @@ static enum tw_status no_such_key(const char *name, struct tw_error *error)
 	"(SELECT coalesce(sum(c.count), 0) FROM job_count c WHERE c.tenant = k.tenant AND c.client = k.number"         \
 	" AND c.state = " SQL_QUEUED ")"
 #define KEY_COLUMNS                                                                                                    \
-	"k.number, k.id, coalesce(t.name, ''), k.name, k.scopes, k.created_ms, k.expires_ms, k.revoked_ms,"            \
+	"k.number, k.id, coalesce(t.name, ''), k.name, k.scopes, k.weight, k.created_ms, k.expires_ms, k.revoked_ms,"  \
 	" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, " QUEUED_JOBS ", u.stored_bytes,"       \
 	" u.requests, u.last_used_ms, (SELECT coalesce(max(s.created_ms), 0) FROM api_key_secret s"                    \
 	"  WHERE s.key = k.number), (SELECT coalesce(max(s.until_ms), 0) FROM api_key_secret s WHERE s.key = k.number" \
@@ -110,6 +113,7 @@ static void read_key(struct sql *q, void *row)
 	sql_copy_text(q, key->tenant, sizeof key->tenant);
 	sql_copy_text(q, key->name, sizeof key->name);
 	key->scopes = (unsigned)sql_int(q);
+	key->weight = (uint32_t)sql_int(q);
 	key->created_ms = sql_int(q);
 	key->expires_ms = sql_int(q);
 	key->revoked_ms = sql_int(q);
@@ -200,14 +204,15 @@ static enum tw_status insert_key(struct store *store, const struct key_draft *dr
 				 struct tw_error *error)
 {
 	int64_t inserted = 0;
-	struct sql q =
-		sql_query(store, "INSERT INTO api_key(id, tenant, name, scopes, created_ms, expires_ms, requests_per_s,"
-				 " requests_per_min, queued_jobs, stored_bytes) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
-				 " ON CONFLICT DO NOTHING");
+	struct sql q = sql_query(
+		store, "INSERT INTO api_key(id, tenant, name, scopes, weight, created_ms, expires_ms, requests_per_s,"
+		       " requests_per_min, queued_jobs, stored_bytes) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+		       " ON CONFLICT DO NOTHING");
 	sql_bind_text(&q, id);
 	sql_bind_int(&q, draft->tenant);
 	sql_bind_text(&q, draft->name);
 	sql_bind_int(&q, draft->scopes);
+	sql_bind_int(&q, draft->weight ? draft->weight : 1);
 	sql_bind_int(&q, store_now_ms(store));
 	sql_bind_int(&q, draft->expires_ms);
 	sql_bind_int(&q, draft->limits.requests_per_s);

@@ -4,6 +4,7 @@
 #ifndef STORAGE_KEY_H
 #define STORAGE_KEY_H
 
+#include "storage/job_request.h"
 #include "storage/secret.h"
 #include "storage/tenant.h"
 
@@ -37,6 +38,7 @@ struct key_draft {
 	const char *name; /* borrowed; 1 to 64 letters, digits, - _ . @ */
 	unsigned scopes;
 	int64_t expires_ms; /* since 1970; 0: never */
+	uint32_t weight;    /* of its jobs in the queue, up to JOB_WEIGHT_MAX; 0: 1, as usual */
 	struct key_limits limits;
 };
 
@@ -48,15 +50,16 @@ struct key {
 	unsigned scopes;
 	int64_t created_ms, expires_ms, revoked_ms; /* 0: never */
 	int64_t rotated_ms;                         /* when what it shows now was made */
-	int64_t overlap_until_ms;                   /* until when it may show what it showed before; 0: it may not */
+	uint32_t weight;
+	int64_t overlap_until_ms; /* until when it may show what it showed before; 0: it may not */
 	struct key_limits limits;
 	int64_t queued_jobs, stored_bytes; /* now */
 	int64_t requests, last_used_ms;    /* as the daemons told last: some seconds ago */
 };
 
 /* Makes a key. From then on nobody is let in without one, on any daemon of this store. TW_ERROR_INPUT "key-name" |
- * "key-scope" (none) | "key-expiry" (over already) | "key-limit", TW_ERROR_CONFLICT "key-exists", TW_ERROR_NOT_FOUND
- * "no-such-tenant". */
+ * "key-scope" (none) | "key-expiry" (over already) | "key-weight" | "key-limit", TW_ERROR_CONFLICT "key-exists",
+ * TW_ERROR_NOT_FOUND "no-such-tenant". */
 enum tw_status key_create(struct store *store, const struct key_draft *draft, struct key *key, char secret[SECRET_SIZE],
 			  struct tw_error *error) TW_NODISCARD;
 

@@ -22,6 +22,7 @@ const char schema_tenants[] =
 	"	created_ms INTEGER NOT NULL,"
 	"	expires_ms INTEGER NOT NULL DEFAULT 0," /* 0: never */
 	"	revoked_ms INTEGER NOT NULL DEFAULT 0," /* 0: it is not */
+	"	weight INTEGER NOT NULL DEFAULT 1,"     /* turns in the queue for one of others */
 	/* Limits; 0: none. */
 	"	requests_per_s INTEGER NOT NULL DEFAULT 0,"
 	"	requests_per_min INTEGER NOT NULL DEFAULT 0,"

@@ -14,7 +14,7 @@ struct request {
 	const struct verb *verb;
 	/* Flags, borrowed; NULL where they are not given. */
 	const char *url, *tenant, *name, *scopes, *expires, *overlap;
-	const char *requests_per_s, *requests_per_min, *queued_jobs, *stored_bytes;
+	const char *weight, *requests_per_s, *requests_per_min, *queued_jobs, *stored_bytes;
 	bool as_json;
 	struct store *store; /* owned */
 };
@@ -45,6 +45,7 @@ static json_t *show(const struct key *key, const char *secret)
 	json_object_set_new(json, "revoked_ms", json_of_time(key->revoked_ms));
 	json_object_set_new(json, "rotated_ms", json_of_time(key->rotated_ms));
 	json_object_set_new(json, "overlap_until_ms", json_of_time(key->overlap_until_ms));
+	json_object_set_new(json, "weight", json_integer(key->weight));
 	json_object_set_new(json, "requests_per_s", json_integer(key->limits.requests_per_s));
 	json_object_set_new(json, "requests_per_min", json_integer(key->limits.requests_per_min));
 	json_object_set_new(json, "queued_jobs_max", json_integer(key->limits.queued_jobs));
@@ -139,11 +140,16 @@ static enum tw_status create(struct request *request, struct tw_error *error)
 	char secret[SECRET_SIZE];
 	struct key key = {0};
 	struct key_draft draft = {.name = request->name};
+	int64_t weight = 1;
 	enum tw_status status =
 		key_parse_scopes(request->scopes ? request->scopes : "read,submit", &draft.scopes, error);
 	if (status == TW_OK && request->expires)
 		status = amount_parse_time("--expires", request->expires, store_now_ms(request->store),
 					   &draft.expires_ms, error);
+	if (status == TW_OK && request->weight)
+		status = amount_parse_count("--weight", request->weight, false, &weight, error);
+	/* What does not fit is refused with the rest. */
+	draft.weight = weight <= JOB_WEIGHT_MAX ? (uint32_t)weight : JOB_WEIGHT_MAX + 1;
 	if (status == TW_OK)
 		status = take_limits(request, &draft.limits, error);
 	if (status == TW_OK)
@@ -236,6 +242,7 @@ static void print_help(void)
 	       "  --scopes LIST           what it may do: read, submit, rig, admin (read,submit)\n"
 	       "  --expires WHEN          a day as in 2027-01-31, or a time as in 90d (never)\n"
 	       "  --overlap TIME          how long what the key was before is still good after rotate (24h)\n"
+	       "  --weight N              turns of its jobs in the queue for one of another key's (1)\n"
 	       "  --requests-per-s N, --requests-per-min N\n"
 	       "                          what each service answers it; beyond that 429\n"
 	       "  --queued-jobs N         how many of its jobs may wait in the queue\n"
@@ -257,6 +264,7 @@ static const char *const flags[] = {"--store",
 				    "--scopes",
 				    "--expires",
 				    "--overlap",
+				    "--weight",
 				    "--requests-per-s",
 				    "--requests-per-min",
 				    "--queued-jobs",
@@ -278,6 +286,7 @@ static enum tw_status take_flag(struct request *request, int argc, char **argv, 
 		{"--scopes", "a list of scopes", &request->scopes},
 		{"--expires", "a day or a time", &request->expires},
 		{"--overlap", "a time", &request->overlap},
+		{"--weight", "a number", &request->weight},
 		{"--requests-per-s", "a number", &request->requests_per_s},
 		{"--requests-per-min", "a number", &request->requests_per_min},
 		{"--queued-jobs", "a number", &request->queued_jobs},
@@ -295,11 +304,11 @@ static enum tw_status take_flag(struct request *request, int argc, char **argv, 
 static enum tw_status check_flags(const struct request *request, struct tw_error *error)
 {
 	bool makes = request->verb->run == create;
-	bool has_draft = request->scopes || request->expires || request->requests_per_s || request->requests_per_min ||
-			 request->queued_jobs || request->stored_bytes;
+	bool has_draft = request->scopes || request->weight || request->expires || request->requests_per_s ||
+			 request->requests_per_min || request->queued_jobs || request->stored_bytes;
 	if (has_draft && !makes)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
-			       "scopes, expiry and limits are given to create; a key keeps them");
+			       "scopes, expiry, weight and limits are given to create; a key keeps them");
 	if (request->overlap && request->verb->run != rotate)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", "--overlap", "is a flag of rotate");
 	if (request->name && request->verb->run == list)

@@ -1,7 +1,7 @@
 // API keys as their holders and the operator see them: made and revoked while the service runs, told once, limited, and
 // hard to guess.
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { chmodSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import { request as httpRequest } from 'node:http';
 import { join } from 'node:path';
@@ -131,11 +131,13 @@ test('use is told in batches, not with a write for each request', async () => {
 
 test('the own tenant tells whose a key is and what it may do', async () => {
   await withKeys({}, async ({ service, make }) => {
-    const secret = make('mes', '--tenant', 'mill', '--scopes', 'read,submit', '--queued-jobs', '5', '--stored-bytes', '1M');
+    const limits = ['--queued-jobs', '5', '--stored-bytes', '1M', '--weight', '3'];
+    const secret = make('mes', '--tenant', 'mill', '--scopes', 'read,submit', ...limits);
     await until('it is let in', async () => (await status(service, secret)) === 200);
     const { json } = await service.get('/v1/tenant', { headers: bearer(secret) });
     assert.equal(json.name, 'mill');
     assert.deepEqual(json.scopes, ['read', 'submit']);
+    assert.equal(json.key.weight, 3);
     assert.deepEqual(json.key.limits, { requests_per_s: null, requests_per_min: null, queued_jobs: 5, stored_bytes: 1048576 });
   });
 });
@@ -197,6 +199,35 @@ test('queued jobs and stored bytes are limited by key, and come back', async () 
     const path = stored.json.href;
     assert.equal((await service.request('DELETE', path, { headers: bearer(bytes) })).status, 204);
     assert.equal((await upload(601)).status, 202);
+  });
+});
+
+test('a key of greater weight gets more turns', async () => {
+  await withKeys({}, async ({ service, make, store }) => {
+    const heavy = make('heavy', '--scopes', 'read,submit', '--weight', '3');
+    const light = make('light', '--scopes', 'read,submit');
+    await until('they are let in', async () => (await status(service, light)) === 200);
+    const jobs = {};
+    for (const [name, secret] of Object.entries({ heavy, light }))
+      for (let i = 0; i < 24; i++) {
+        const body = `# ${name} ${i}\nv 0 0 0\n`;
+        const { json } = await service.post('/v1/meshes', body, { 'content-type': 'model/obj', ...bearer(secret) });
+        jobs[json.job.id] = name;
+      }
+    // One worker takes them one by one; each fails at once, because it is no mesh.
+    const worker = spawn(tightwire, ['worker', '--store', store]);
+    const finished = async (secret) =>
+      (await service.get('/v1/jobs?state=failed&limit=100', { headers: bearer(secret) })).json.items;
+    try {
+      await until('all have ended', async () => (await finished(heavy)).length + (await finished(light)).length === 48, 60);
+    } finally {
+      worker.kill('SIGKILL');
+    }
+    const all = [...(await finished(heavy)), ...(await finished(light))];
+    all.sort((a, b) => (a.started_at < b.started_at ? -1 : 1));
+    // While both wait, three of four are the heavy one's: its 24 are over after 32.
+    const first = all.slice(0, 24).filter(({ id }) => jobs[id] === 'heavy').length;
+    assert.ok(first >= 15 && first <= 21, `${first} of the first 24`);
   });
 });
 

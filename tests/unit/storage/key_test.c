@@ -88,6 +88,9 @@ static void drafts_that_make_no_key_are_refused(void **state)
 	draft.limits.queued_jobs = -1;
 	refused(f, key_create(f->store, &draft, &key, secret, &f->error), TW_ERROR_INPUT, "key-limit");
 	draft = usual("a");
+	draft.weight = JOB_WEIGHT_MAX + 1;
+	refused(f, key_create(f->store, &draft, &key, secret, &f->error), TW_ERROR_INPUT, "key-weight");
+	draft = usual("a");
 	draft.tenant = 77;
 	refused(f, key_create(f->store, &draft, &key, secret, &f->error), TW_ERROR_NOT_FOUND, "no-such-tenant");
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM api_key"), 0);
