@@ -20,4 +20,7 @@ struct raise {
 enum tw_status raise_bound(struct raise *raise, struct search *search, struct dual *dual, uint64_t effort,
 			   uint64_t cheap) TW_NODISCARD;
 
+/* True when the gap is so small for so many terminals that the dynamic program should soon end. */
+bool raise_is_close(const struct search *search, const struct dual *dual);
+
 #endif
