@@ -1,6 +1,7 @@
 /* API keys: told once, kept as hashes, rotated with an overlap, revoked; their limits, and what they store. */
 #include "storage/access.h"
 #include "storage/key.h"
+#include "storage/recording.h"
 #include "tests/unit/storage/fixture.h"
 
 #include <sodium.h>
@@ -324,6 +325,42 @@ static void what_a_key_stores_is_counted_until_it_is_gone(void **state)
 	counts_are_right(f);
 }
 
+static void samples_of_a_recording_are_counted(void **state)
+{
+	struct fixture *f = *state;
+	char secret[SECRET_SIZE];
+	const struct key_draft keyed = usual("rig");
+	struct key key = make(f, &keyed, secret);
+	const struct resource_draft draft = {.owner = {TENANT_DEFAULT, key.number}, .kind = RESOURCE_RECORDING};
+	struct recording_course course = {
+		.boot = "b", .rate_hz = 50, .first_slot = 1, .slot_count = 500, .last_slot = 0};
+	struct rig_sample samples[10] = {{.at_us = 1}};
+	struct resource recording;
+	enum resource_outcome outcome;
+	bool resumed = false, cancel = false;
+	for (int64_t i = 0; i < 10; i++)
+		samples[i].at_us = i + 1;
+	for (int round = 0; round < 2; round++) {
+		ok(f, resource_create(f->store, &draft, &recording, &outcome, &f->error));
+		struct job_ticket ticket = fixture_claim(f);
+		ok(f, recording_begin(f->store, &ticket, &course, &resumed, &f->error));
+		ok(f, recording_append(f->store, &ticket, samples, 10, &course, 0.1, &cancel, &f->error));
+		counts_are_right(f);
+		ok(f, key_get(f->store, TENANT_DEFAULT, key.id, &key, &f->error));
+		assert_true(key.stored_bytes >= 10 * (8 + 2 * RIG_CHANNELS));
+		if (round) { /* its samples go when it is made again */
+			const struct tw_error failure = {TW_ERROR_IO, "rig", "", "gone"};
+			ok(f, job_fail(f->store, &ticket, &failure, false, &f->error));
+			ok(f, job_redrive(f->store, TENANT_DEFAULT, recording.job.id, &f->error));
+			counts_are_right(f);
+		}
+		ok(f, resource_delete(f->store, TENANT_DEFAULT, RESOURCE_RECORDING, recording.id, false, &f->error));
+		ok(f, key_get(f->store, TENANT_DEFAULT, key.id, &key, &f->error));
+		assert_int_equal(key.stored_bytes, 0);
+		resource_clear(&recording);
+	}
+}
+
 static void an_upload_beyond_the_limit_of_stored_bytes_is_refused(void **state)
 {
 	struct fixture *f = *state;
@@ -394,6 +431,7 @@ int main(void)
 		TEST(another_tenants_key_is_not_there),
 		TEST(use_is_added_up),
 		TEST(what_a_key_stores_is_counted_until_it_is_gone),
+		TEST(samples_of_a_recording_are_counted),
 		TEST(an_upload_beyond_the_limit_of_stored_bytes_is_refused),
 		TEST(queued_jobs_are_limited_and_those_that_run_are_not),
 	};

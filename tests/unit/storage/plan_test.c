@@ -12,10 +12,22 @@
  * which are as many as there are workers. */
 static bool may_be_walked(const char *name)
 {
-	static const char *const known[] = {
-		"up",        "down",     "d",    "cause",     "c",
-		"change",    "rig",      "boot", "access",    "secret", /* every daemon keeps all keys in memory */
-		"job_count", "CONSTANT", "f",    "(subquery", "job USING INDEX job_leased"};
+	static const char *const known[] = {"up",
+					    "down",
+					    "d",
+					    "cause",
+					    "c",
+					    "change",
+					    "rig",
+					    "boot",
+					    "access",
+					    "secret", /* every daemon keeps all keys in memory */
+					    "job_count",
+					    "CONSTANT",
+					    "f",
+					    "(subquery",
+					    "job USING INDEX job_leased",
+					    "blob USING INDEX blob_of_task" /* its first row */};
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
 		size_t size = strlen(known[i]);
 		if (!strncmp(name, known[i], size) && (name[size] == '\0' || name[size] == ' ' || name[size] == '-'))
