@@ -14,8 +14,10 @@
 
 enum { ASCENT_SHARE = 30, IMPROVE_SHARE = 2200, LEAST_SHARE = 300 }; /* work units for each edge */
 
-/* With 36 terminals on 23,500 vertices 100 iterations leave 0.02 per cent, 200 leave 0.01. */
-enum { FLOW_ITERATIONS = 150 };
+/* Iterations before a bound is looked at, and how often, as long as it is more than 1/10000 off. With 36 to 80
+ * terminals on 23,500 vertices 150 iterations leave 0.002 to 0.013 per cent, but once 0.07; an iteration takes 2 to 5
+ * ms. */
+enum { FLOW_ITERATIONS = 150, FLOW_PARTS = 5, TIGHT_SHARE = 10000 };
 
 /* Large graphs get less for each edge. */
 static const uint64_t improve_work_most = 700000000;
@@ -42,22 +44,37 @@ static enum tw_status improve_by_search(struct search *search, struct dual *dual
 	return dual_improve(dual, search, effort, search->best_fine);
 }
 
-/* The flow's bound where a flow fits and is better. */
+static bool is_tight(const struct search *search, const struct dual *dual)
+{
+	return search->best_fine - dual_fine_bound(dual) <= search->best_fine / TIGHT_SHARE;
+}
+
+/* The flow's bound where it is better. */
+static enum tw_status take_bound(struct flow *flow, struct search *search, struct dual *dual)
+{
+	const struct arena_mark mark = arena_mark(search->arena);
+	struct dual rival;
+	enum tw_status status = dual_init_like(&rival, search, dual, flow_members(flow));
+	if (status == TW_OK)
+		status = flow_split(flow, search, &rival);
+	if (status == TW_OK && rival.bound > dual->bound)
+		*dual = rival;
+	else
+		arena_release(search->arena, mark);
+	return status;
+}
+
 static enum tw_status improve(struct search *search, struct dual *dual)
 {
 	struct flow *flow;
-	struct dual rival;
 	if (flow_new(&flow, search, dual) != TW_OK)
 		return improve_by_search(search, dual);
-	enum tw_status status = flow_iterate(flow, search, FLOW_ITERATIONS);
-	if (status == TW_OK)
-		status = dual_init_like(&rival, search, dual, flow_members(flow));
-	if (status == TW_OK)
-		status = flow_split(flow, search, &rival);
-	if (status == TW_OK)
-		status = dual_extend(&rival, search);
-	if (status == TW_OK && rival.bound > dual->bound)
-		*dual = rival;
+	enum tw_status status = TW_OK;
+	for (uint32_t part = 0; part < FLOW_PARTS && status == TW_OK && !is_tight(search, dual); part++) {
+		status = flow_iterate(flow, search, FLOW_ITERATIONS);
+		if (status == TW_OK)
+			status = take_bound(flow, search, dual);
+	}
 	return status == TW_ERROR_MEMORY ? improve_by_search(search, dual) : status;
 }
 
