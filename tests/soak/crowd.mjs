@@ -19,7 +19,7 @@ function dial(url, onEnd) {
 async function withKeys(use) {
   const folder = temporaryFolder();
   const made = spawnSync(tightwire, ['key', 'studio'], { encoding: 'utf8' });
-  writeFileSync(join(folder.path, 'keys'), made.stdout);
+  writeFileSync(join(folder.path, 'keys'), made.stdout, { mode: 0o600 });
   const service = await Service.start({ 'key-file': join(folder.path, 'keys'), workers: 0, 'log-level': 'error' });
   try {
     return await use(service);
