@@ -168,7 +168,7 @@ bench-stream: deps-test ## a motion set of 11 GB through the service: time, memo
 	$(Q)$(MAKE) --no-print-directory all
 	$(Q)$(if $(sequences),SEQUENCES=$(sequences)) TIGHTWIRE="$(CURDIR)/$(out)/tightwire" node tests/bench/stream.mjs
 
-bench-steiner: all $(out)/tests/tools/suit_instance ## suits, and every Steiner instance of INSTANCES: seconds, work, gap, memory
+bench-steiner: all $(out)/tests/tools/suit_instance $(out)/tests/tools/moved_terminal ## suits, and every Steiner instance of INSTANCES: seconds, work, gap, memory
 	$(Q)INSTANCES="$(INSTANCES)" TIGHTWIRE="$(CURDIR)/$(out)/tightwire" BUILD="$(out)" sh tests/bench/steiner.sh
 
 # --- fuzz --------------------------------------------------------------------------------------------------------------

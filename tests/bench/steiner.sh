@@ -65,9 +65,19 @@ printf '%-24s %-9s %9s %9s %12s %8s %7s %10s %8s %6s %7s %s\n' instance outcome 
 	nodes left optimum
 make_suits sample23k 23500 0 joints10 segments17 muscles36 muscles80
 make_suits sample723k 45500 2 joints10 muscles36
+move() { # NAME: a terminal moved by up to 8 hops, 60 mm of a suit, 30 times; not in the CSV
+	echo "$1" | grep -qE "$only" || return 0
+	mesh "$1" >"$file" || return 0
+	answer=$("$BUILD/tests/tools/moved_terminal" "$file" 30 8) || { echo "$1, moved: no proof"; wrong=1; return; }
+	echo "$answer" | awk -v name="$1, moved" '{ printf "%-30s median %.3f s, 19 of 20 in %.3f s\n", name, $1, $2 }'
+}
+
 [ -d "$INSTANCES" ] || echo "no folder $INSTANCES: set INSTANCES=DIR for more"
 list "$INSTANCES/optima.csv" mesh
 list "$INSTANCES/pace2018/optima.csv" pace
+for graph in suitL_e001 suitL_e020 fieldL_mesh fieldL_chords; do
+	[ -d "$INSTANCES" ] && move ${graph}_xsens17 && move ${graph}_haptic36
+done
 echo "proven: $(grep -c ,optimal, "$rows") of $(wc -l <"$rows") within $limit s each; $(grep -c 'WRONG$' "$rows") wrong"
 if [ -n "$csv" ]; then
 	{ echo "instance,vertices_left,outcome,seconds,work,weight,lower_bound,gap_percent,memory_bytes,labels,sets,branch_nodes,is_known_optimum"
