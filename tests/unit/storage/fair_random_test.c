@@ -397,7 +397,7 @@ static void every_claim_is_the_right_one(void **state)
 			    .random = seed ? strtoull(seed, NULL, 10) * 0x9e3779b97f4a7c15 + 1 : 88172645463325252u,
 			    .max_running = {INT64_MAX, 1, 1, 1},
 			    .weight = {1, 1, 2, 3, 4}};
-	for (int i = 0, last = steps ? atoi(steps) : 5000; i < last; i++) {
+	for (int i = 0, last = steps ? (int)strtol(steps, NULL, 10) : 5000; i < last; i++) {
 		go_on(m);
 		if (i % 100 == 0) {
 			let_time_pass(m);
