@@ -36,6 +36,20 @@ enum tw_status get_ready(struct api_call *call, struct tw_error *error)
 }
 
 /* The service's own figures, then those of the queue. */
+/* Of a batch it may be hours, and nothing is wrong; of interactive jobs not even seconds. */
+static void print_oldest(FILE *out, const struct job_counts *counts)
+{
+	fprintf(out,
+		"# HELP tightwire_queue_oldest_seconds Age of the oldest job that a worker could take.\n"
+		"# TYPE tightwire_queue_oldest_seconds gauge\ntightwire_queue_oldest_seconds %.3f\n"
+		"# HELP tightwire_queue_class_oldest_seconds The same of each class.\n"
+		"# TYPE tightwire_queue_class_oldest_seconds gauge\n",
+		(double)counts->oldest_ms / 1000);
+	for (enum job_class class = JOB_INTERACTIVE; class < JOB_CLASSES_END; class ++)
+		fprintf(out, "tightwire_queue_class_oldest_seconds{class=\"%s\"} %.3f\n", job_class_name(class),
+			(double)counts->oldest_of_class_ms[class] / 1000);
+}
+
 enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;
@@ -70,10 +84,7 @@ enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 		"# HELP tightwire_store_syncs_total Waits for the disk; one serves many transactions.\n"
 		"# TYPE tightwire_store_syncs_total counter\ntightwire_store_syncs_total %llu\n",
 		(unsigned long long)writes.transactions, (unsigned long long)writes.syncs);
-	fprintf(out,
-		"# HELP tightwire_queue_oldest_seconds Age of the oldest job that a worker could take.\n"
-		"# TYPE tightwire_queue_oldest_seconds gauge\ntightwire_queue_oldest_seconds %.3f\n",
-		(double)counts.oldest_ms / 1000);
+	print_oldest(out, &counts);
 	fprintf(out,
 		"# HELP tightwire_wrong_keys_total Requests with a key that is none.\n"
 		"# TYPE tightwire_wrong_keys_total counter\ntightwire_wrong_keys_total %llu\n",

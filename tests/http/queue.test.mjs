@@ -372,12 +372,17 @@ test('many jobs are listed, cancelled and redriven by what they have in common',
   assert.deepEqual([await list('class=batch'), await list('group=odd'), await list('class=batch&group=odd')], [30, 45, 15]);
   assert.deepEqual([await list('older_than=1h'), await list('older_than=1ms')], [0, 90]);
   const post = async (path) => (await service.post(path)).json;
+  const oldest = async (name) => Number((await service.get('/metrics')).text.match(new RegExp(`^tightwire_queue_class_oldest_seconds\\{class="${name}"\\} (\\S+)`, 'm'))[1]);
+  assert.ok((await oldest('batch')) > 0 && (await oldest('interactive')) > 0);
   assert.deepEqual(await post('/v1/jobs/cancel?class=batch&group=odd'), { cancelled: 15, more: false });
   assert.deepEqual(await post('/v1/jobs/cancel?class=batch&older_than=1h'), { cancelled: 0, more: false });
   assert.deepEqual(await post('/v1/jobs/cancel?group=odd'), { cancelled: 30, more: false });
   assert.deepEqual([await list('state=queued'), await list('state=cancelled&class=batch')], [45, 15]);
+  await service.post('/v1/jobs/cancel?class=batch');
+  assert.equal(await oldest('batch'), 0);
+  assert.ok((await oldest('normal')) > 0);
   assert.deepEqual(await post('/v1/jobs/redrive?state=cancelled&class=normal'), { redriven: 15, more: false });
-  assert.deepEqual([await list('state=queued'), await list('state=queued&class=normal')], [60, 30]);
+  assert.deepEqual([await list('state=queued'), await list('state=queued&class=normal')], [45, 30]);
   for (const [path, place] of [
     ['/v1/jobs/cancel', undefined], // nobody means all
     ['/v1/jobs/cancel?state=failed', 'state'],
