@@ -28,7 +28,7 @@ enum {
 	MOST_TERMINALS = 100
 }; /* also for each terminal, up to so many */
 enum { PROGRAM_SHARE = 100, FEW_SHARE = 30000, MANY_SQUARE = 36 * 36, LEAST_BUDGET = 3000000, MOST_ROUNDS = 20 };
-enum { FEW_TERMINALS = 14, CUT_ROUND = 6 };
+enum { FEW_TERMINALS = 14, CUT_ROUND = 6, MESH_CUT_ROUND = 10 };
 enum { SMALL_EDGES = 60000, SMALL_BUDGET = 10000000, SMALL_SHARE = 700, REPEAT_SHARE = 50 };
 enum { DENSE_LEAST = 4000000, DENSE_SHARE = 200 };
 
@@ -158,7 +158,7 @@ static enum tw_status follow_flow(struct search *search, const struct flow *flow
 	if (status == TW_OK) {
 		const float least = effort->has_part ? used_later : used_first;
 		flow_mark_used(flow, search, least * (float)(1u << effort->parts_failed), keep);
-		status = part_solve(search, keep, (effort->has_part ? share / 4 : share) << effort->parts_failed,
+		status = part_solve(search, keep, (effort->has_part ? share / 2 : share) << effort->parts_failed,
 				    is_solved);
 	}
 	arena_release(search->arena, mark);
@@ -229,14 +229,20 @@ static enum tw_status run_program(struct search *search, const struct dual *dual
 	return status;
 }
 
-/* Linear programs of a whole mesh are no match for dynamic programming while terminals are few, nor are those of any
- * graph when they are very few: these wait some rounds. */
+/* From this round on nothing waits. */
+static unsigned last_wait(const struct search *search)
+{
+	return is_small(search) ? CUT_ROUND : MESH_CUT_ROUND;
+}
+
+/* Linear programs of a whole mesh are no match for flow and dynamic programming (they took 12 s and proved nothing
+ * where two more rounds took 2), nor are those of any graph when terminals are very few: these wait some rounds. */
 static int is_due_for_cuts(const struct search *search, unsigned round)
 {
 	const uint32_t terminals = search->instance.terminal_count;
 	if (!search_uses(search, STEINER_DYNAMIC))
 		return 1;
-	return round >= (is_small(search) && terminals > FEW_TERMINALS ? 1 : CUT_ROUND);
+	return round >= (is_small(search) && terminals > FEW_TERMINALS ? 1 : last_wait(search));
 }
 
 static enum tw_status run_cuts(struct cutter *cutter, struct search *search, const struct dual *dual, uint64_t budget)
@@ -306,7 +312,7 @@ static enum tw_status take_turns(struct cutter *cutter, struct search *search, s
 		if (cuts != TW_ERROR_UNSUPPORTED && !may_go_on(search, cuts))
 			return cuts;
 		/* Neither can go on with a larger budget. */
-		if (round >= CUT_ROUND && program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
+		if (round >= last_wait(search) && program != TW_ERROR_CANCELLED && cuts != TW_ERROR_CANCELLED)
 			return program == TW_ERROR_UNSUPPORTED ? cuts : program;
 	}
 }

@@ -22,14 +22,16 @@ static size_t entries_most(const struct instance *instance)
 }
 
 /* The first omega. From 0.05 to 0.2 any did as well at 23,500 vertices; larger meshes want less, as ways have more
- * edges, and parts of a mesh (part.h) more: with 100 terminals on 2,200 vertices, 64 iterations from 0.1, 0.3 and 0.7
- * on left 0.9, 0.15 and 0.13 per cent of a gap. */
+ * edges, and parts of a mesh (part.h) more. With 100 terminals, 64 iterations from 0.1, 0.3 and 0.7 on left 0.9, 0.15
+ * and 0.13 per cent of a gap on 2,200 vertices; 100 iterations from 0.1, 0.7 and 1.5 on left 0.45, 0.17 and 0.03 on
+ * 850.
+ */
 static float omega_of(uint32_t vertex_count)
 {
 	static const struct {
 		uint32_t vertices;
 		float omega;
-	} step[] = {{5000, 0.7f}, {60000, 0.1f}, {400000, 0.05f}};
+	} step[] = {{700, 3.0f}, {2000, 1.5f}, {5000, 0.7f}, {60000, 0.1f}, {400000, 0.05f}};
 	for (uint32_t i = 0; i < sizeof step / sizeof *step; i++)
 		if (vertex_count < step[i].vertices)
 			return step[i].omega;
