@@ -8,6 +8,7 @@
 
 enum {
 	READ_NOTED_MS = 3600 * 1000, /* finer than that nobody cares, and every note is a write */
+	FRESH_MS = 2000,             /* who asked for a file may be about to read it */
 	STEP_FILES = 50,             /* some 30 MiB of drawings, which the sweep removes within a second */
 };
 
@@ -121,7 +122,7 @@ static enum tw_status drop_some(struct store *store, struct tw_error *error)
 	struct sql q = sql_query(store, CHUNK_LET_GO " WHERE number IN (SELECT number FROM blob INDEXED BY blob_of_task"
 						     " WHERE of_task = 1 AND resource IS NOT NULL AND touched_ms < ?"
 						     " ORDER BY touched_ms LIMIT ?)");
-	sql_bind_int(&q, INT64_MAX);
+	sql_bind_int(&q, store_lease_now_ms(store) - FRESH_MS);
 	sql_bind_int(&q, STEP_FILES);
 	status = sql_run(&q, NULL, error);
 	return transaction_end(store, status, error);
@@ -131,7 +132,7 @@ static enum tw_status has_some(struct store *store, bool *has, struct tw_error *
 {
 	struct sql q = sql_query(store, "SELECT 1 FROM blob INDEXED BY blob_of_task"
 					" WHERE of_task = 1 AND resource IS NOT NULL AND touched_ms < ? LIMIT 1");
-	sql_bind_int(&q, INT64_MAX);
+	sql_bind_int(&q, store_lease_now_ms(store) - FRESH_MS);
 	*has = sql_step(&q);
 	return sql_end(&q, error);
 }

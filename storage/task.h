@@ -14,8 +14,8 @@ enum tw_status task_ask(struct store *store, struct owner owner, enum job_kind k
 			struct tw_error *error) TW_NODISCARD;
 
 /* Where less than `room_bytes` are free, some of the files that such jobs have made are dropped, those first that
- * nobody has read for the longest time. store_sweep then makes room of them. A step: where it does not suffice, there
- * is another. */
+ * nobody has read for the longest time, none of the last seconds'. store_sweep then makes room of them. A step: where
+ * it does not suffice, there is another. */
 enum tw_status task_drop_files(struct store *store, uint64_t room_bytes, struct tw_error *error) TW_NODISCARD;
 
 /* Whether nobody has read the file lately, so that it should be noted that somebody does; and that. */

@@ -259,6 +259,7 @@ static void draw_everything(struct fixture *f)
 	ok(f, job_finish(f->store, &ticket, &result, &f->error));
 	ok(f, blob_find(f->store, layout, BLOB_ARTIFACT, "pattern.svg", &blob, &f->error));
 	ok(f, task_note_read(f->store, &blob, &f->error));
+	f->now_ms += 5000;
 	ok(f, task_drop_files(f->store, UINT64_MAX, &f->error));
 	ok(f, task_ask(f->store, OWNER_DEFAULT, JOB_DRAW, layout, "pattern.svg", &request, &job, &added, &f->error));
 	ok(f, job_cancel_unwanted(f->store, job.id, job.transient, &cancelled, &f->error));

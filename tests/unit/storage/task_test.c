@@ -141,6 +141,9 @@ static void files_are_dropped_by_when_they_were_read(void **state)
 	assert_false(has_file(f, layout, "50.svg")); /* one was spared, so it was this one's turn */
 	assert_true(has_file(f, layout, "51.svg"));
 	ok(f, task_drop_files(f->store, UINT64_MAX, &f->error));
+	assert_true(has_file(f, layout, name)); /* somebody may be reading it */
+	f->now_ms += 5000;
+	ok(f, task_drop_files(f->store, UINT64_MAX, &f->error));
 	ok(f, task_drop_files(f->store, UINT64_MAX, &f->error)); /* and where there is nothing, nothing happens */
 	assert_int_equal(fixture_ask(f, "SELECT count(*) FROM blob WHERE resource IS NOT NULL"), 0);
 	fixture_sweep(f, 1000);
