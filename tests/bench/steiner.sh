@@ -4,6 +4,7 @@
 # the other. A table to stdout and, when nothing was left out, tests/bench/steiner.csv, which is kept in the repository for
 # each release.
 #   BUILD    folder of the built programs; made instances are kept in its folder `instances`
+#   Meshes with 36 terminals and more are also solved on two threads, where the run is on one: NAME_on_two.
 #   LIMIT    seconds an instance may take (default 60)      THREADS  of the solver (default 1)
 #   ONLY     a pattern of grep -E: only these instances      CSV      another file for the rows
 # Exit 1 when a proven value is not the known optimum, or when a bound is above it.
@@ -41,8 +42,23 @@ list() { # LIST COMMAND…: COMMAND NAME writes the instance
 	while read -r name optimum; do
 		"$@" "$name" >"$file" || { echo "$name: cannot be read"; continue; }
 		solve "$name" "$optimum"
+		case $threads/$name in 1/*haptic[38]* | 1/*_t036_* | 1/*_t060_* | 1/*_t100_*) solve_on_two "$name" "$optimum" ;; esac
 	done <"$file.list"
 	rm -f "$file.list"
+}
+
+solve_on_two() { # the same instance with two threads: the same answer, sooner
+	threads=2
+	solve "$1_on_two" "$2"
+	threads=1
+}
+
+without_optimum() { # terminal sets of meshes whose optimum nobody has proven before
+	echo instance,optimum
+	for terms in "$INSTANCES"/*.terms; do
+		name=$(basename "$terms" .terms)
+		grep -q "^$name," "$INSTANCES/optima.csv" || echo "$name,"
+	done
 }
 
 make_suits() { # NAME VERTICES ROUNDS SET…: the sample suit's instances, made once
@@ -60,6 +76,7 @@ make_suits() { # NAME VERTICES ROUNDS SET…: the sample suit's instances, made 
 
 mesh() { sh "$INSTANCES/join.sh" "$1"; }
 pace() { gzip -dc "$INSTANCES/pace2018/$1.gr.gz"; }
+track3() { gzip -dc "$INSTANCES/pace2018_track3/${1#track3_}.gr.gz"; }
 
 printf '%-24s %-9s %9s %9s %12s %8s %7s %10s %8s %6s %7s %s\n' instance outcome seconds Mwork weight 'gap %' MiB labels sets \
 	nodes left optimum
@@ -74,10 +91,13 @@ move() { # NAME: a terminal moved by up to 8 hops, 60 mm of a suit, 30 times; no
 
 [ -d "$INSTANCES" ] || echo "no folder $INSTANCES: set INSTANCES=DIR for more"
 list "$INSTANCES/optima.csv" mesh
+[ -d "$INSTANCES" ] && without_optimum >"$file.more" && list "$file.more" mesh && rm -f "$file.more"
 list "$INSTANCES/pace2018/optima.csv" pace
 for graph in suitL_e001 suitL_e020 fieldL_mesh fieldL_chords; do
 	[ -d "$INSTANCES" ] && move ${graph}_xsens17 && move ${graph}_haptic36
 done
+sed '2,$s/^/track3_/' "$INSTANCES/pace2018_track3/optima.csv" >"$file.more" 2>/dev/null && list "$file.more" track3
+rm -f "$file.more"
 echo "proven: $(grep -c ,optimal, "$rows") of $(wc -l <"$rows") within $limit s each; $(grep -c 'WRONG$' "$rows") wrong"
 if [ -n "$csv" ]; then
 	{ echo "instance,vertices_left,outcome,seconds,work,weight,lower_bound,gap_percent,memory_bytes,labels,sets,branch_nodes,is_known_optimum"
