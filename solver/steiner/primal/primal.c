@@ -16,7 +16,7 @@
 #include <string.h>
 
 enum { CORRIDOR_FIRST = 1500, REGION_LEAST = 6000, REGION_SHARE = 16 };
-enum { FIRST_ROOTS = 4, FIRST_WORK = 1000000, GROW_SHARE = 20 };
+enum { FIRST_ROOTS = 2, FIRST_WORK = 1000000, GROW_SHARE = 20 };
 
 /* Trees that grow from a few terminals, as long as that takes little: they are much lighter than the first. */
 static enum tw_status offer_grown(struct search *search, uint32_t *edges)
