@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { JOBS = 100000, CLIENTS = 100, CLAIMS = 500, ROUNDS = 8 };
+enum { JOBS = 100000, CLIENTS = 100, CLAIMS = 200, ROUNDS = 30 };
 
 /* --- first in, first out ---------------------------------------------------------------------------------------- */
 
