@@ -86,8 +86,9 @@ static void make_sheet(struct sheet *sheet)
 {
 	uint64_t numbers = 7;
 	for (uint32_t v = 0; v < VERTICES; v++) {
-		const double x = spacing * (v % COLUMNS) + 0.9 * spacing * (draw_number(&numbers) - 0.5);
-		const double y = spacing * (v / COLUMNS) + 0.9 * spacing * (draw_number(&numbers) - 0.5);
+		const uint32_t column = v % COLUMNS, row = v / COLUMNS;
+		const double x = spacing * column + 0.9 * spacing * (draw_number(&numbers) - 0.5);
+		const double y = spacing * row + 0.9 * spacing * (draw_number(&numbers) - 0.5);
 		sheet->at[v] = (struct vec2){margin + x, margin + y};
 	}
 	for (uint32_t v = 0; v < VERTICES; v++) {
@@ -101,8 +102,9 @@ static void make_sheet(struct sheet *sheet)
 	}
 	/* One terminal in each of as many cells of the sheet. */
 	for (uint32_t t = 0; t < TERMINALS; t++) {
-		const uint32_t column = (uint32_t)((t % 5 + 0.15 + 0.7 * draw_number(&numbers)) * COLUMNS / 5);
-		const uint32_t row = (uint32_t)((t / 5 + 0.15 + 0.7 * draw_number(&numbers)) * ROWS / 3);
+		const uint32_t across = t % 5, up = t / 5;
+		const uint32_t column = (uint32_t)((across + 0.15 + 0.7 * draw_number(&numbers)) * COLUMNS / 5);
+		const uint32_t row = (uint32_t)((up + 0.15 + 0.7 * draw_number(&numbers)) * ROWS / 3);
 		sheet->terminal[t] = row * COLUMNS + column;
 	}
 	must(graph_build(&sheet->graph, sheet->arena, VERTICES, sheet->edge_count, sheet->ends, sheet->weight, NULL));
