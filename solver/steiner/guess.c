@@ -77,7 +77,7 @@ static fine_t first_step(fine_t bound, fine_t gap, uint32_t terminals)
 
 /* How much farther above the dual's bound the next guess is, in eighths: so much that it takes about three times the
  * work. */
-enum { GROWTH_FIRST = 8, GROWTH_MOST = 32 };
+enum { GROWTH_FIRST = 8, GROWTH_OF_FEW = 16, GROWTH_MOST = 32 };
 
 static uint32_t next_growth(uint32_t growth, uint64_t last, uint64_t before)
 {
@@ -92,7 +92,7 @@ enum tw_status guess_solve(struct search *search, const struct dual *dual)
 	const uint32_t terminals = search->instance.terminal_count;
 	fine_t bound = proven > dual_bound ? proven : dual_bound;
 	uint64_t spent = 0, spent_before = 0;
-	uint32_t growth = GROWTH_FIRST;
+	uint32_t growth = terminals > FEW_TERMINALS ? GROWTH_FIRST : GROWTH_OF_FEW;
 	fine_t step = bound < search_cutoff(search) ? first_step(bound, search_cutoff(search) - bound, terminals) : 0;
 	while (bound < search_cutoff(search)) {
 		const fine_t cutoff = search_cutoff(search), gap = cutoff - bound;
