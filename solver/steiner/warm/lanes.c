@@ -51,7 +51,9 @@ static void find_rows(struct warm_lanes *lanes, const struct search *search)
 	}
 }
 
-/* Which lanes are left, and how far they go in the state's dual. Returns how many there are. */
+/* Which lanes are left, and how far they go in the state's dual. Returns how many there are. A lane proves nothing for
+ * a vertex that is not in its middle: where the state was prepared with two vertices of one name, its row may be that
+ * of the other. */
 static uint32_t find_lanes(struct warm_lanes *lanes, const struct search *search)
 {
 	const struct steiner_warm *warm = lanes->warm;
@@ -61,7 +63,8 @@ static uint32_t find_lanes(struct warm_lanes *lanes, const struct search *search
 	for (uint32_t t = 0; t < instance->terminal_count; t++) {
 		const uint32_t v = instance->terminal[t];
 		const uint32_t lane = lane_of(warm, warm_key_of(search, lanes->vertex_of[v]));
-		lanes->lane_of[t] = lanes->row[v] ? lane : INSTANCE_NONE;
+		const bool is_middle = lane != INSTANCE_NONE && lanes->row[v] && lanes->row[v][lane] == 0;
+		lanes->lane_of[t] = is_middle ? lane : INSTANCE_NONE;
 		if (lanes->lane_of[t] == INSTANCE_NONE)
 			continue;
 		lanes->most[lane] = at_root[lane];

@@ -385,6 +385,45 @@ static void two_vertices_of_one_name_are_no_help_and_no_harm(void **state)
 	close_world(&world);
 }
 
+/* Prepares the state where `gone` has the name of the place i, then searches without it. */
+static void mistake(struct world *world, uint32_t i, uint32_t gone)
+{
+	const struct arena_mark mark = arena_mark(world->arena);
+	const struct place place = world->place[gone];
+	struct request request;
+	world->place[gone].name = world->place[i].name;
+	make_request(world, &request, world->arena);
+	const struct steiner_tree tree = solve(world, &request, &request.options, world->arena);
+	assert_int_equal(steiner_warm_prepare(world->warm, &request.graph, request.terminal, world->place_count,
+					      &request.options, &tree),
+			 TW_OK);
+	world->place[gone] = world->place[--world->place_count];
+	search(world, 1);
+	world->place[world->place_count++] = world->place[gone];
+	world->place[gone] = place;
+	arena_release(world->arena, mark);
+}
+
+/* One of them may even be the root of the state's dual, and then the name is that of another terminal, too. */
+static void nor_are_they_when_one_of_them_is_gone(void **state)
+{
+	(void)state;
+	for (uint32_t seed = 0; seed < 40; seed++) {
+		struct world world;
+		open_world(&world, 100 + seed);
+		make_mesh(&world, 10, true);
+		drag(&world, 5, 0, 1);
+		for (uint32_t i = 0; i < world.place_count; i++) {
+			world.place[i].is_inside = true;
+			world.place[i].name = 1 + i;
+		}
+		for (uint32_t i = 0; i < world.place_count; i++)
+			for (uint32_t gone = i + 1; gone < world.place_count; gone++)
+				mistake(&world, i, gone);
+		close_world(&world);
+	}
+}
+
 static void a_state_larger_than_its_budget_is_not_kept(void **state)
 {
 	(void)state;
@@ -459,6 +498,7 @@ int main(void)
 		cmocka_unit_test(on_any_small_graph_the_tree_is_that_from_scratch),
 		cmocka_unit_test(a_state_of_other_costs_misleads_nobody),
 		cmocka_unit_test(two_vertices_of_one_name_are_no_help_and_no_harm),
+		cmocka_unit_test(nor_are_they_when_one_of_them_is_gone),
 		cmocka_unit_test(a_state_larger_than_its_budget_is_not_kept),
 		cmocka_unit_test(a_state_without_room_for_its_flow_serves_too),
 		cmocka_unit_test(a_preparation_that_is_stopped_leaves_the_state_as_it_was),
