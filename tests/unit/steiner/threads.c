@@ -72,7 +72,7 @@ static void a_proof_is_the_same_for_every_number_of_threads(void **state)
 {
 	(void)state;
 	uint64_t sets = 0;
-	for (uint64_t seed = 0; seed < 3; seed++) {
+	for (uint64_t seed = 0; seed < 6; seed++) {
 		compare(seed, (struct steiner_options){0});
 		/* Without a flow that would leave it little to do, the dynamic program begins at once. */
 		sets += compare(seed, (struct steiner_options){.disable = STEINER_FLOW});
