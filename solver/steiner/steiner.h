@@ -33,8 +33,8 @@ enum steiner_feature {
 	STEINER_PERTURBATION = 1 << 9, /* breaking of ties by fine weights; without, options.ties is not looked at */
 	STEINER_DYNAMIC = 1 << 10,     /* dynamic programming (then branch and cut must do it) */
 	STEINER_FLOW = 1 << 11,        /* the flow dual; without, local search on the dual */
-	STEINER_PARTS = 1 << 13,       /* trees of parts of the instance, which are solved as ones of their own */
 	STEINER_EARLY = 1 << 12,       /* the first attempt at a proof, before bounds and trees get better */
+	STEINER_PARTS = 1 << 13,       /* trees of parts of the instance, which are solved as ones of their own */
 };
 
 /* What is known so far; the tree is valid, borrowed, and good for the duration of the call. */

@@ -39,9 +39,10 @@ static float omega_of_size(uint32_t vertex_count)
 }
 
 /* The more commodities share an edge, the less of its price is each one's, and the larger omega must be. Measured on
- * 23,500 to 34,000 vertices, to a proof: 80 and 100 terminals in 0.8 to 1.6 s with 0.2 as with 0.3, with 0.1 in 1.1 to
- * 2.0; 200 on a suit in 1.6 s with 0.5, with 0.1 in 5.2; SteinLib's alue7065 (544) in 23 s with 1, with 0.1 not in
- * minutes. More than 1 only small graphs want. */
+ * 23,500 to 34,000 vertices, to a proof, with iterate.c's larger last omega: 80 and 100 terminals in 0.8 to 1.6 s with
+ * 0.2 as with 0.3, with 0.1 and a last omega of 0.7 in 1.1 to 2.0 (a nearly pure length with 100, s23k_wb, takes 5 s
+ * and more with any); 200 on a suit in 1.6 s with 0.5, with 0.1 in 5.2; SteinLib's alue7065 (544) in 23 s with 1, with
+ * 0.1 not in minutes. More than 1 only small graphs want. */
 static float omega_of(const struct instance *instance)
 {
 	static const struct {
