@@ -577,17 +577,35 @@ static enum tw_status write_terms(struct store *store, int64_t job, const struct
 	return offer_changed(&q, NULL, error);
 }
 
+static enum tw_status read_group(struct store *store, int64_t job, char name[JOB_WORD_SIZE], struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT g.name FROM job j JOIN lane l ON l.number = j.lane"
+					" JOIN job_group g ON g.number = l.job_group WHERE j.number = ?");
+	sql_bind_int(&q, job);
+	name[0] = '\0';
+	if (sql_step(&q))
+		sql_copy_text(&q, name, JOB_WORD_SIZE);
+	return sql_end(&q, error);
+}
+
 enum tw_status job_state_join(struct store *store, struct owner owner, int64_t job, const struct job_request *request,
 			      struct tw_error *error)
 {
 	struct terms terms, other;
 	enum job_kind kind = 0;
-	char word[JOB_WORD_SIZE];
+	char word[JOB_WORD_SIZE], group[JOB_WORD_SIZE];
 	bool queued = false, found = false;
+	struct job_request grouped = *request;
 	enum tw_status status = read_terms(store, job, &terms, word, &kind, &queued, &found, error);
 	if (status != TW_OK || !found)
 		return status;
-	status = read_request(store, owner, request, kind, &other, error);
+	/* Who wants it sooner, and names no group, does not take it out of the one that it is in. */
+	status = read_group(store, job, group, error);
+	if (status != TW_OK)
+		return status;
+	if (!grouped.group || !*grouped.group)
+		grouped.group = group;
+	status = read_request(store, owner, &grouped, kind, &other, error);
 	if (status != TW_OK)
 		return status;
 	merge(&terms, &other, queued);

@@ -461,6 +461,25 @@ static void what_an_equal_request_needs_becomes_as_urgent_too(void **state)
 	}
 }
 
+/* One licence is one licence, however urgent a job has become; and what runs is counted once. */
+static void who_hastens_a_job_leaves_it_in_its_group(void **state)
+{
+	struct fixture *f = *state;
+	struct job_ticket first, ticket;
+	int64_t running = ORDER(f, 1, .class = JOB_BATCH, .group = "licence", .max_running = 1);
+	assert_int_equal(order_claim(f, order_query(), &first), running);
+	int64_t shared = FIELD(f, 1, .class = JOB_BATCH, .group = "licence");
+	assert_int_equal(FIELD(f, 2, .class = JOB_INTERACTIVE), shared);
+	assert_int_equal(order_field(f, shared, "class"), JOB_INTERACTIVE);
+	assert_int_equal(order_next(f), 0);
+	fixture_finish(f, &first);
+	assert_int_equal(order_claim(f, order_query(), &ticket), shared);
+	assert_int_equal(fixture_ask(f, "SELECT running FROM job_group"), 1);
+	assert_int_equal(FIELD(f, 3, .priority = 7), shared);
+	fixture_finish(f, &ticket);
+	assert_int_equal(fixture_ask(f, "SELECT running FROM job_group"), 0);
+}
+
 static void an_equal_request_supersedes_what_it_says(void **state)
 {
 	struct fixture *f = *state;
@@ -752,6 +771,7 @@ int main(void)
 		FAST_TEST(an_equal_request_makes_a_job_as_urgent_as_it_is),
 		FAST_TEST(what_an_urgent_job_needs_is_as_urgent),
 		FAST_TEST(what_an_equal_request_needs_becomes_as_urgent_too),
+		FAST_TEST(who_hastens_a_job_leaves_it_in_its_group),
 		FAST_TEST(an_equal_request_supersedes_what_it_says),
 		FAST_TEST(a_job_that_is_asked_for_again_goes_by_the_new_request),
 		FAST_TEST(a_worker_prefers_what_it_has_in_memory_for),
