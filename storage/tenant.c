@@ -189,7 +189,6 @@ static enum tw_status remove_rest(struct store *store, int64_t tenant, int64_t *
 {
 	static const char *const texts[] = {
 		"DELETE FROM turn WHERE share IN (SELECT number FROM share WHERE tenant = ?)",
-		"DELETE FROM turn WHERE share IN (SELECT number FROM share WHERE tenant = ?)",
 		"DELETE FROM share WHERE tenant = ?",
 		"DELETE FROM job_group WHERE tenant = ?",
 		"DELETE FROM job_count WHERE tenant = ?",
