@@ -104,6 +104,7 @@ struct terms {
 	int64_t tenant, client, class, priority, lane;
 	int64_t not_before_ms, cancel_at_ms;
 	int64_t transient;
+	bool cancelled;   /* of a job: it was asked to stop */
 	const char *word; /* borrowed */
 };
 
@@ -505,13 +506,13 @@ enum tw_status job_state_cancel(struct store *store, int64_t job, enum job_cance
 
 /* --- another request for the same ------------------------------------------------------------------------------- */
 
-/* An unfinished job that nobody has asked to stop; *found is false where it is none. */
+/* Of an unfinished job; *found is false where it is none. */
 static enum tw_status read_terms(struct store *store, int64_t job, struct terms *terms, char word[JOB_WORD_SIZE],
 				 enum job_kind *kind, bool *queued, bool *found, struct tw_error *error)
 {
 	struct sql q = sql_query(store, "SELECT tenant, client, class, priority, lane, not_before_ms, cancel_at_ms,"
-					" transient, supersedes, kind, state = " SQL_QUEUED " FROM job"
-					" WHERE number = ? AND " SQL_UNFINISHED " AND cancel_requested = 0");
+					" transient, cancel_requested, supersedes, kind, state = " SQL_QUEUED
+					" FROM job WHERE number = ? AND " SQL_UNFINISHED);
 	sql_bind_int(&q, job);
 	*found = sql_step(&q);
 	if (*found) {
@@ -523,6 +524,7 @@ static enum tw_status read_terms(struct store *store, int64_t job, struct terms 
 		terms->not_before_ms = sql_int(&q);
 		terms->cancel_at_ms = sql_int(&q);
 		terms->transient = sql_int(&q);
+		terms->cancelled = sql_int(&q);
 		sql_copy_text(&q, word, JOB_WORD_SIZE);
 		*kind = (enum job_kind)sql_int(&q);
 		*queued = sql_int(&q);
@@ -553,8 +555,12 @@ static void merge(struct terms *terms, const struct terms *other, bool queued)
 	terms->not_before_ms = smaller(terms->not_before_ms, other->not_before_ms);
 	terms->cancel_at_ms =
 		terms->cancel_at_ms && other->cancel_at_ms ? greater(terms->cancel_at_ms, other->cancel_at_ms) : 0;
+	if (terms->cancelled) { /* then only the other wants it */
+		terms->cancel_at_ms = other->cancel_at_ms;
+		terms->word = other->client == terms->client ? other->word : "";
+	}
 	terms->transient = terms->transient && other->transient ? terms->transient + 1 : 0;
-	if (!same_word)
+	if (!same_word && !terms->cancelled)
 		terms->word = "";
 }
 
@@ -562,7 +568,8 @@ static enum tw_status write_terms(struct store *store, int64_t job, const struct
 {
 	struct sql q =
 		sql_query(store, "UPDATE job SET client = ?, class = ?, lane = ?, priority = ?, not_before_ms = ?,"
-				 " delayed = ?, cancel_at_ms = ?, supersedes = ?, transient = ?"
+				 " delayed = ?, cancel_at_ms = ?, supersedes = ?, transient = ?,"
+				 " cancel_requested = 0"
 				 " WHERE number = ?" RETURNING_OFFERS);
 	sql_bind_int(&q, terms->client);
 	sql_bind_int(&q, terms->class);
@@ -575,6 +582,13 @@ static enum tw_status write_terms(struct store *store, int64_t job, const struct
 	sql_bind_int(&q, terms->transient);
 	sql_bind_int(&q, job);
 	return offer_changed(&q, NULL, error);
+}
+
+/* Whether equal requests have one job between them: of others, a second one is a first one that is repeated. */
+static bool is_shared(enum job_kind kind)
+{
+	const struct job_kind_row *row = job_kind_row(kind);
+	return row->subject != RESOURCE_NONE || resource_kind_row(row->resource)->addressed;
 }
 
 static enum tw_status read_group(struct store *store, int64_t job, char name[JOB_WORD_SIZE], struct tw_error *error)
@@ -597,7 +611,7 @@ enum tw_status job_state_join(struct store *store, struct owner owner, int64_t j
 	bool queued = false, found = false;
 	struct job_request grouped = *request;
 	enum tw_status status = read_terms(store, job, &terms, word, &kind, &queued, &found, error);
-	if (status != TW_OK || !found)
+	if (status != TW_OK || !found || (terms.cancelled && !is_shared(kind)))
 		return status;
 	/* Who wants it sooner, and names no group, does not take it out of the one that it is in. */
 	status = read_group(store, job, group, error);

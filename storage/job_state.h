@@ -24,7 +24,9 @@ enum tw_status job_state_add(struct store *store, struct owner owner, int64_t re
 
 /* What a second request for the same adds to an unfinished job: it is as urgent as the more urgent of the two, begins
  * and is cancelled when the last of them would have it, and is superseded or let go of with neither. A queued job
- * moves into the lane of the more urgent request. */
+ * moves into the lane of the more urgent request, and stays in its group unless that names another. One that was asked
+ * to stop and has not yet is wanted again, on the terms of the second request; not where every request but a repeated
+ * one has a job of its own. */
 enum tw_status job_state_join(struct store *store, struct owner owner, int64_t job, const struct job_request *request,
 			      struct tw_error *error) TW_NODISCARD;
 
@@ -89,7 +91,8 @@ enum tw_status job_state_end_delays(struct store *store, bool *more, struct tw_e
 enum tw_status job_state_end(struct store *store, int64_t job, enum job_state state, const struct tw_error *failure,
 			     struct tw_error *error) TW_NODISCARD;
 
-/* A queued job is cancelled; a running one is asked to stop: however it ends from now on, it ends as cancelled. *state
+/* A queued job is cancelled; a running one is asked to stop: however it ends from now on, it ends as cancelled, unless
+ * somebody wants it again before that (job_state_join). *state
  * is what it is before the call, and after it. */
 enum tw_status job_state_cancel(struct store *store, int64_t job, enum job_cancel cause, enum job_state *state,
 				struct tw_error *error) TW_NODISCARD;

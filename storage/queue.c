@@ -230,8 +230,10 @@ static enum tw_status fail_one(struct store *store, const struct job_ticket *tic
 	enum tw_status status = job_state_check(store, ticket, &run, error);
 	if (status != TW_OK)
 		return status;
-	if (run.cancel_requested || failure->status == TW_ERROR_CANCELLED)
+	if (run.cancel_requested)
 		return job_state_end(store, run.number, JOB_CANCELLED, NULL, error);
+	if (failure->status == TW_ERROR_CANCELLED)
+		return job_state_put_back(store, run.number, &(struct job_return){.ending = ATTEMPT_RELEASED}, error);
 	if (!retry || run.attempts >= run.attempts_max)
 		return job_state_end(store, run.number, JOB_FAILED, failure, error);
 	const struct job_return how = {

@@ -52,7 +52,8 @@ enum tw_status job_finish(struct store *store, const struct job_ticket *ticket, 
 
 /* Ends the job as failed because of `failure`. With `retry` it goes back to the queue, after a pause that doubles with
  * each attempt (and is up to half as long again, so that what failed together is not tried again together), unless its
- * attempts are used; the attempt counts. TW_ERROR_CANCELLED as the failure's status ends it as cancelled. */
+ * attempts are used; the attempt counts. A job that was asked to stop ends as cancelled; where that was taken back in
+ * the meantime (job_state_join), TW_ERROR_CANCELLED as the failure's status gives it back as job_release does. */
 enum tw_status job_fail(struct store *store, const struct job_ticket *ticket, const struct tw_error *failure,
 			bool retry, struct tw_error *error) TW_NODISCARD;
 

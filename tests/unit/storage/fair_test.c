@@ -461,6 +461,34 @@ static void what_an_equal_request_needs_becomes_as_urgent_too(void **state)
 	}
 }
 
+/* Its worker may have stopped already, or not have noticed. */
+static void a_job_that_is_to_stop_goes_on_where_it_is_wanted_again(void **state)
+{
+	static const struct tw_error stopped = {.status = TW_ERROR_CANCELLED};
+	struct fixture *f = *state;
+	struct job_ticket ticket;
+	bool cancel = false;
+	int64_t job = FIELD(f, 1, .supersedes = "a", .cancel_after_ms = 100, .group = "g");
+	assert_int_equal(order_claim(f, order_query(), &ticket), job);
+	int64_t other = ORDER(f, 1, .supersedes = "a");
+	ok(f, job_heartbeat(f->store, &ticket, 0, NULL, NULL, &cancel, &f->error));
+	assert_true(cancel);
+	f->now_ms += 200;
+	assert_int_equal(FIELD(f, 1, .supersedes = "a", .cancel_after_ms = 500), job);
+	assert_int_equal(order_field(f, other, "state"), JOB_CANCELLED);
+	assert_int_equal(order_field(f, job, "cancel_at_ms"), f->now_ms + 500);
+	ok(f, job_fail(f->store, &ticket, &stopped, false, &f->error));
+	assert_int_equal(order_field(f, job, "state"), JOB_QUEUED);
+	assert_int_equal(order_field(f, job, "attempts"), 0);
+	assert_int_equal(order_claim(f, order_query(), &ticket), job);
+	ORDER(f, 1, .supersedes = "a");
+	assert_int_equal(order_field(f, job, "cancel_requested"), JOB_CANCEL_SUPERSEDED);
+	assert_int_equal(FIELD(f, 2, .priority = 0), job);
+	fixture_finish(f, &ticket);
+	assert_int_equal(order_field(f, job, "state"), JOB_SUCCEEDED);
+	assert_int_equal(fixture_ask(f, "SELECT running FROM job_group"), 0);
+}
+
 /* One licence is one licence, however urgent a job has become; and what runs is counted once. */
 static void who_hastens_a_job_leaves_it_in_its_group(void **state)
 {
@@ -771,6 +799,7 @@ int main(void)
 		FAST_TEST(an_equal_request_makes_a_job_as_urgent_as_it_is),
 		FAST_TEST(what_an_urgent_job_needs_is_as_urgent),
 		FAST_TEST(what_an_equal_request_needs_becomes_as_urgent_too),
+		FAST_TEST(a_job_that_is_to_stop_goes_on_where_it_is_wanted_again),
 		FAST_TEST(who_hastens_a_job_leaves_it_in_its_group),
 		FAST_TEST(an_equal_request_supersedes_what_it_says),
 		FAST_TEST(a_job_that_is_asked_for_again_goes_by_the_new_request),
