@@ -117,6 +117,9 @@ enum tw_status get_job_events(struct api_call *call, struct tw_error *error)
 		status = read_preference(call, error);
 	if (status == TW_OK)
 		status = job_get(call->store, call->caller.owner.tenant, call->match.parameters[0], &job, error);
+	/* Who leaves cancels then. */
+	if (status == TW_OK && call->submit.queue.transient)
+		status = call_check_job_kind(call, job.kind, error);
 	int64_t requests = job.transient;
 	job_clear(&job);
 	if (status != TW_OK)

@@ -73,6 +73,27 @@ test('keys that the command line makes, rotates and revokes count within a secon
   });
 });
 
+test('who may only read ends no job by closing its stream', async () => {
+  await withKeys({}, async ({ service, make }) => {
+    const [reads, rigs] = [make('viewer', '--scopes', 'read'), make('bench', '--scopes', 'read,rig')];
+    await until('the keys are let in', async () => (await status(service, rigs)) === 200);
+    const { json } = await service.post('/v1/rig/recordings', {}, { prefer: 'on_disconnect=cancel', ...bearer(rigs) });
+    const events = `/v1/jobs/${json.job.id}/events`;
+    for (const [path, headers] of [[`${events}?on_disconnect=cancel`, {}], [events, { prefer: 'on_disconnect=cancel' }]]) {
+      const refused = await service.get(path, { headers: { ...headers, ...bearer(reads) } });
+      assert.equal(refused.status, 403);
+      assert.equal(refused.json.type, urn('missing-scope'));
+    }
+    assert.equal((await service.get(`/v1/jobs/${json.job.id}`, { headers: bearer(reads) })).json.state, 'queued');
+    for (const [secret, query, state] of [[reads, '', 'queued'], [rigs, '?on_disconnect=cancel', 'cancelled']]) {
+      const stream = await fetch(service.url + events + query, { headers: bearer(secret) });
+      assert.equal(stream.status, 200);
+      await stream.body.cancel();
+      await until(`it is ${state}`, async () => (await service.get(`/v1/jobs/${json.job.id}`, { headers: bearer(reads) })).json.state === state, 10);
+    }
+  });
+});
+
 test('a key that was revoked ends the streams that it has opened', async () => {
   await withKeys({}, async ({ service, make, store }) => {
     const secret = make('viewer', '--scopes', 'read,rig');
