@@ -209,6 +209,12 @@ static enum tw_status supersede(struct store *store, const struct terms *terms, 
 	return TW_OK;
 }
 
+enum tw_status job_state_supersede(struct store *store, struct owner owner, const char *word, struct tw_error *error)
+{
+	const struct terms terms = {.tenant = owner.tenant, .client = owner.client, .word = word ? word : ""};
+	return supersede(store, &terms, 0, error);
+}
+
 enum tw_status job_state_add(struct store *store, struct owner owner, int64_t resource, enum job_kind kind,
 			     const struct job_request *request, int64_t *job, struct tw_error *error)
 {

@@ -22,6 +22,11 @@ struct job_run {
 enum tw_status job_state_add(struct store *store, struct owner owner, int64_t resource, enum job_kind kind,
 			     const struct job_request *request, int64_t *job, struct tw_error *error) TW_NODISCARD;
 
+/* For a request that needs no job, because what it asks for is there: cancels the client's unfinished jobs of the word.
+ * NULL or "": none. */
+enum tw_status job_state_supersede(struct store *store, struct owner owner, const char *word,
+				   struct tw_error *error) TW_NODISCARD;
+
 /* What a second request for the same adds to an unfinished job: it is as urgent as the more urgent of the two, begins
  * and is cancelled when the last of them would have it, and is superseded or let go of with neither. A queued job
  * moves into the lane of the more urgent request, and stays in its group unless that names another. One that was asked

@@ -375,7 +375,9 @@ static enum tw_status use_again(struct store *store, const char *id, const struc
 	bool failed = existing.state == JOB_FAILED || existing.state == JOB_CANCELLED;
 	bool may_retry = failed && resource_kind_row(draft->kind)->addressed;
 	if (job_state_is_final(existing.state) && !may_retry)
-		return TW_OK;
+		return resource_kind_row(draft->kind)->addressed
+			       ? job_state_supersede(store, draft->owner, draft->queue.supersedes, error)
+			       : TW_OK;
 	status = may_retry ? retry(store, draft, existing.job, outcome, error)
 			   : job_state_join(store, draft->owner, existing.job, &draft->queue, error);
 	if (status != TW_OK || !draft->need_count)

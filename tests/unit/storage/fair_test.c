@@ -489,6 +489,23 @@ static void a_job_that_is_to_stop_goes_on_where_it_is_wanted_again(void **state)
 	assert_int_equal(fixture_ask(f, "SELECT running FROM job_group"), 0);
 }
 
+/* Back where it was before: what was begun since is of no use any more. */
+static void a_request_for_what_is_there_supersedes_too(void **state)
+{
+	struct fixture *f = *state;
+	struct job_ticket ticket;
+	int64_t made = FIELD(f, 1, .priority = 0);
+	assert_int_equal(order_claim(f, order_query(), &ticket), made);
+	fixture_finish(f, &ticket);
+	int64_t since = ORDER(f, 1, .supersedes = "a"), another = ORDER(f, 2, .supersedes = "a");
+	assert_int_equal(FIELD(f, 1, .priority = 0), made);
+	assert_int_equal(order_field(f, since, "state"), JOB_QUEUED);
+	assert_int_equal(FIELD(f, 1, .supersedes = "a"), made);
+	assert_int_equal(order_field(f, since, "cancel_requested"), JOB_CANCEL_SUPERSEDED);
+	assert_int_equal(order_field(f, made, "state"), JOB_SUCCEEDED);
+	assert_int_equal(order_field(f, another, "state"), JOB_QUEUED);
+}
+
 /* One licence is one licence, however urgent a job has become; and what runs is counted once. */
 static void who_hastens_a_job_leaves_it_in_its_group(void **state)
 {
@@ -800,6 +817,7 @@ int main(void)
 		FAST_TEST(what_an_urgent_job_needs_is_as_urgent),
 		FAST_TEST(what_an_equal_request_needs_becomes_as_urgent_too),
 		FAST_TEST(a_job_that_is_to_stop_goes_on_where_it_is_wanted_again),
+		FAST_TEST(a_request_for_what_is_there_supersedes_too),
 		FAST_TEST(who_hastens_a_job_leaves_it_in_its_group),
 		FAST_TEST(an_equal_request_supersedes_what_it_says),
 		FAST_TEST(a_job_that_is_asked_for_again_goes_by_the_new_request),
