@@ -221,17 +221,22 @@ enum tw_status api_admit(const struct api_policy *policy, const char *authorizat
 
 struct api_pass api_pass_of(const struct caller *caller)
 {
-	return (struct api_pass){caller->owner.client, caller->key ? caller->key->until_ms : 0, UINT64_MAX};
+	struct api_pass pass = {.generation = UINT64_MAX};
+	if (!caller->key)
+		return pass;
+	memcpy(pass.hash, caller->key->hash, sizeof pass.hash);
+	pass.until_ms = caller->key->until_ms;
+	return pass;
 }
 
 static bool find_pass(const struct api_policy *policy, struct api_pass *pass)
 {
 	size_t count = 0;
 	if (!policy->keys)
-		return pass->client == 0;
+		return sodium_is_zero(pass->hash, sizeof pass->hash);
 	const struct access_key *keys = key_table_keys(policy->keys, &count);
 	for (size_t i = 0; i < count; i++)
-		if (keys[i].owner.client == pass->client) {
+		if (!memcmp(keys[i].hash, pass->hash, sizeof pass->hash)) {
 			pass->until_ms = keys[i].until_ms;
 			return true;
 		}

@@ -61,13 +61,14 @@ enum tw_status api_admit(const struct api_policy *policy, const char *authorizat
 
 /* What somebody holds who was let in and stays: a stream looks now and then whether it is still good. */
 struct api_pass {
-	int64_t client;
-	int64_t until_ms;    /* since 1970; 0: for ever */
-	uint64_t generation; /* of the keys that it was looked up in last */
+	uint8_t hash[SECRET_HASH_SIZE]; /* of the secret that was shown; zero: none was */
+	int64_t until_ms;               /* since 1970; 0: for ever */
+	uint64_t generation;            /* of the keys that it was looked up in last */
 };
 struct api_pass api_pass_of(const struct caller *caller);
 
-/* Whether the key is still one: not revoked or expired since. Looked up only where keys have changed. */
+/* Whether the key is still one, and the secret: neither revoked nor rotated away nor expired since. Looked up only
+ * where keys have changed. */
 bool api_pass_is_good(struct api *api, struct api_pass *pass);
 
 /* A request of the caller's: counted, and held to its limits (api/meter.h). */

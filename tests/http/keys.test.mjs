@@ -94,16 +94,29 @@ test('who may only read ends no job by closing its stream', async () => {
   });
 });
 
-test('a key that was revoked ends the streams that it has opened', async () => {
+test('a key that was revoked, and a secret that was rotated away, end the streams that they have opened', async () => {
   await withKeys({}, async ({ service, make, store }) => {
-    const secret = make('viewer', '--scopes', 'read,rig');
-    await until('the key is let in', async () => (await status(service, secret)) === 200);
-    const { json } = await service.post('/v1/rig/recordings', {}, bearer(secret));
-    const stream = await fetch(`${service.url}/v1/jobs/${json.job.id}/events`, { headers: bearer(secret) });
-    assert.equal(stream.status, 200);
+    const first = make('viewer', '--scopes', 'read,rig');
+    await until('the key is let in', async () => (await status(service, first)) === 200);
+    const { json } = await service.post('/v1/rig/recordings', {}, bearer(first));
+    const open = async (secret) => {
+      const stream = await fetch(`${service.url}/v1/jobs/${json.job.id}/events`, { headers: bearer(secret) });
+      assert.equal(stream.status, 200);
+      return stream.text();
+    };
+    const ends = async (stream) => {
+      const text = await Promise.race([stream, sleep(20000).then(() => assert.fail('it goes on'))]);
+      assert.equal(text.match(/^event: job$/gm).length, 1);
+    };
+    const old = open(first);
+    await until('it is open', async () => /tightwire_http_held 1$/m.test((await service.get('/metrics', { headers: bearer(first) })).text));
+    const second = run('key', 'rotate', '--store', store, '--name', 'viewer', '--overlap', '0s').trim();
+    await ends(old);
+    await until('the new secret is let in', async () => (await status(service, second)) === 200);
+    const last = open(second);
+    await until('it is open', async () => /tightwire_http_held 1$/m.test((await service.get('/metrics', { headers: bearer(second) })).text));
     run('key', 'revoke', '--store', store, '--name', 'viewer');
-    const text = await Promise.race([stream.text(), sleep(20000).then(() => assert.fail('it goes on'))]);
-    assert.equal(text.match(/^event: job$/gm).length, 1);
+    await ends(last);
   });
 });
 
