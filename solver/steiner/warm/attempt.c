@@ -196,6 +196,10 @@ static enum tw_status guess(struct steiner_warm *warm, const struct warm_lanes *
 		int found = 0;
 		const fine_t next = bound + step > foreseen + first ? bound + step : foreseen + first;
 		const fine_t most = round_up(&search->instance, next + 1);
+		/* The state's coarse costs are for trees about as heavy as its own: more room than they can tell would
+		 * be cut short, and with it the tree. */
+		if (fix_room(whole, most) == DUAL_FAR)
+			break;
 		status = try_guess(lanes, search, whole, first, most, round, &foreseen, &found);
 		*solved = status == TW_OK && found;
 		warm->is_due = round > 0;

@@ -368,6 +368,51 @@ static void a_state_of_other_costs_misleads_nobody(void **state)
 	close_world(&world);
 }
 
+static void add_edge(struct world *world, uint32_t u, uint32_t v, uint64_t weight)
+{
+	world->ends[2 * (size_t)world->edge_count] = u;
+	world->ends[2 * (size_t)world->edge_count + 1] = v;
+	world->weight[world->edge_count++] = weight;
+}
+
+/* A ring of edges without weight but one, and a vertex beside vertex 0, whose edge is the one numbered `at`. */
+enum { RING = 13 };
+static void make_ring(struct world *world, uint32_t at)
+{
+	allocate(world, RING + 1, RING + 1);
+	for (uint32_t v = 0; v < RING; v++) {
+		if (v == at)
+			add_edge(world, 0, RING, 0);
+		add_edge(world, v, (v + 1) % RING, v + 1 == RING);
+	}
+	build(world);
+}
+
+/* Where trees weighed no more than a tie-break, the coarse costs of the state cannot tell how much heavier others are:
+ * the way round the ring weighs nothing, but its tie-breaks are many times those of the tree before, and the short way
+ * weighs a unit. */
+static void nor_does_one_of_trees_that_weighed_next_to_nothing(void **state)
+{
+	(void)state;
+	for (uint32_t i = 0; i < 2 * RING; i++) {
+		struct world world;
+		struct request request;
+		open_world(&world, 12);
+		make_ring(&world, i / 2);
+		world.place[i % 2] = (struct place){.vertex = 0};
+		world.place[1 - i % 2] = (struct place){.vertex = RING};
+		world.place_count = 2;
+		make_request(&world, &request, world.arena);
+		const struct steiner_tree tree = solve(&world, &request, &request.options, world.arena);
+		assert_int_equal(steiner_warm_prepare(world.warm, &request.graph, request.terminal, world.place_count,
+						      &request.options, &tree),
+				 TW_OK);
+		world.place[1 - i % 2].vertex = RING - 1;
+		search(&world, 1);
+		close_world(&world);
+	}
+}
+
 static void two_vertices_of_one_name_are_no_help_and_no_harm(void **state)
 {
 	(void)state;
@@ -497,6 +542,7 @@ int main(void)
 		cmocka_unit_test(a_terminal_that_moves_on_the_sample_suit_has_the_tree_from_scratch),
 		cmocka_unit_test(on_any_small_graph_the_tree_is_that_from_scratch),
 		cmocka_unit_test(a_state_of_other_costs_misleads_nobody),
+		cmocka_unit_test(nor_does_one_of_trees_that_weighed_next_to_nothing),
 		cmocka_unit_test(two_vertices_of_one_name_are_no_help_and_no_harm),
 		cmocka_unit_test(nor_are_they_when_one_of_them_is_gone),
 		cmocka_unit_test(a_state_larger_than_its_budget_is_not_kept),
