@@ -230,6 +230,9 @@ static enum tw_status create_key(struct api_call *call, const json_t *body, stru
 		status = parse_weight(body, &draft.weight, error);
 	if (status == TW_OK)
 		status = parse_limits(body, &draft.limits, error);
+	/* Before a tenant is made for a key that there will not be. */
+	if (status == TW_OK)
+		status = key_check(call->store, &draft, error);
 	if (status == TW_OK)
 		status = choose_tenant(call, tenant, true, &draft.tenant, error);
 	if (status == TW_OK)

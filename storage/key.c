@@ -61,7 +61,7 @@ static bool is_limit(int64_t limit, int64_t most)
 	return limit >= 0 && limit <= most;
 }
 
-static enum tw_status check_draft(const struct store *store, const struct key_draft *draft, struct tw_error *error)
+enum tw_status key_check(const struct store *store, const struct key_draft *draft, struct tw_error *error)
 {
 	static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.@";
 	const struct key_limits *limits = &draft->limits;
@@ -266,7 +266,7 @@ enum tw_status key_create(struct store *store, const struct key_draft *draft, st
 			  struct tw_error *error)
 {
 	char id[STORE_ID_SIZE];
-	enum tw_status status = check_draft(store, draft, error);
+	enum tw_status status = key_check(store, draft, error);
 	if (status == TW_OK)
 		status = transaction_begin(store, true, error);
 	if (status != TW_OK)

@@ -57,9 +57,12 @@ struct key {
 	int64_t requests, last_used_ms;    /* as the daemons told last: some seconds ago */
 };
 
-/* Makes a key. From then on nobody is let in without one, on any daemon of this store. TW_ERROR_INPUT "key-name" |
- * "key-scope" (none) | "key-expiry" (over already) | "key-weight" | "key-limit", TW_ERROR_CONFLICT "key-exists",
- * TW_ERROR_NOT_FOUND "no-such-tenant". */
+/* What can be said of a key before its tenant is there: TW_ERROR_INPUT "key-name" | "key-scope" (none) | "key-expiry"
+ * (over already) | "key-weight" | "key-limit". */
+enum tw_status key_check(const struct store *store, const struct key_draft *draft, struct tw_error *error) TW_NODISCARD;
+
+/* Makes a key. From then on nobody is let in without one, on any daemon of this store. As key_check, and
+ * TW_ERROR_CONFLICT "key-exists", TW_ERROR_NOT_FOUND "no-such-tenant". */
 enum tw_status key_create(struct store *store, const struct key_draft *draft, struct key *key, char secret[SECRET_SIZE],
 			  struct tw_error *error) TW_NODISCARD;
 

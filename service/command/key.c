@@ -153,6 +153,8 @@ static enum tw_status create(struct request *request, struct tw_error *error)
 	if (status == TW_OK)
 		status = take_limits(request, &draft.limits, error);
 	if (status == TW_OK)
+		status = key_check(request->store, &draft, error);
+	if (status == TW_OK)
 		status = take_tenant(request, true, &draft.tenant, error);
 	if (status == TW_OK)
 		status = key_create(request->store, &draft, &key, secret, error);

@@ -73,6 +73,18 @@ test('keys that the command line makes, rotates and revokes count within a secon
   });
 });
 
+test('a key that is refused leaves no new tenant behind', async () => {
+  await withKeys({}, async ({ service, root, store }) => {
+    for (const wrong of [{ name: 'two words' }, { name: 'old', expires_at: '2020-01-01T00:00:00Z' }, { name: 'no', limits: { queued_jobs: 1e15 } }]) {
+      const refused = await service.post('/v1/keys', { tenant: 'mill', scopes: ['read'], ...wrong }, bearer(root));
+      assert.equal(refused.status, 422, JSON.stringify(refused.json));
+    }
+    assert.notEqual(key('create', '--store', store, '--tenant', 'mill', '--name', 'two words').status, 0);
+    assert.ok(!run('tenant', 'list', '--store', store).includes('mill'));
+    assert.equal((await service.get('/v1/keys?tenant=mill', { headers: bearer(root) })).status, 404);
+  });
+});
+
 test('who may only read ends no job by closing its stream', async () => {
   await withKeys({}, async ({ service, make }) => {
     const [reads, rigs] = [make('viewer', '--scopes', 'read'), make('bench', '--scopes', 'read,rig')];
