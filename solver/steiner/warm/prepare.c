@@ -49,13 +49,27 @@ static enum tw_status find_dual(struct search *search, struct dual *dual, struct
 	return status;
 }
 
+static uint32_t stride_of(const struct search *search)
+{
+	const uint32_t lanes = search->instance.terminal_count - 1;
+	return (lanes + WARM_LANES - 1) / WARM_LANES * WARM_LANES;
+}
+
+/* Whether the potentials, which are nearly all of a state without its flow, may be had: else nothing is worth a start.
+ */
+static bool fits(const struct steiner_warm *warm, const struct search *search)
+{
+	const size_t most = warm->budget / sizeof *warm->potential / stride_of(search);
+	return !warm->budget || search->graph->vertex_count <= most;
+}
+
 static bool allocate(struct steiner_warm *warm, const struct search *search)
 {
 	const size_t rows = search->graph->vertex_count, lanes = search->instance.terminal_count - 1;
 	warm->lasting_count = warm_lasting(search);
 	warm->extra_count = search->graph->vertex_count - warm->lasting_count;
 	warm->lane_count = (uint32_t)lanes;
-	warm->stride = (uint32_t)(lanes + WARM_LANES - 1) / WARM_LANES * WARM_LANES;
+	warm->stride = stride_of(search);
 	warm->arena = arena_new(warm->budget);
 	if (!warm->arena)
 		return false;
@@ -136,6 +150,8 @@ static enum tw_status prepare(struct steiner_warm *warm, struct search *search, 
 				       search->terminal_count, search->options->ties, true, apart);
 	if (status == TW_OK && search->instance.terminal_count < 2)
 		return TW_OK;
+	if (status == TW_OK && !fits(warm, search))
+		status = TW_ERROR_MEMORY;
 	if (status == TW_OK)
 		status = search_offer_leaves(search, tree->edges, tree->edge_count);
 	if (status == TW_OK)

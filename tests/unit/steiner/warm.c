@@ -469,11 +469,18 @@ static void nor_are_they_when_one_of_them_is_gone(void **state)
 	}
 }
 
+static bool says_stop(void *context)
+{
+	return --*(int *)context < 0;
+}
+
+/* Nor does it begin to look for one, since it would not know better the next time. */
 static void a_state_larger_than_its_budget_is_not_kept(void **state)
 {
 	(void)state;
 	struct world world;
 	struct request request;
+	int polls = 0;
 	open_world(&world, 8);
 	make_mesh(&world, 40, false);
 	drag(&world, 12, 0, 1);
@@ -481,6 +488,8 @@ static void a_state_larger_than_its_budget_is_not_kept(void **state)
 	const struct steiner_tree tree = solve(&world, &request, &request.options, world.arena);
 	struct steiner_warm *small = steiner_warm_new(10000);
 	assert_non_null(small);
+	request.options.cancelled = says_stop;
+	request.options.context = &polls;
 	assert_int_equal(steiner_warm_prepare(small, &request.graph, request.terminal, world.place_count,
 					      &request.options, &tree),
 			 TW_ERROR_MEMORY);
@@ -504,11 +513,6 @@ static void a_state_without_room_for_its_flow_serves_too(void **state)
 	assert_true(steiner_warm_is_ready(world.warm));
 	assert_true(world.answered * 2 > world.asked);
 	close_world(&world);
-}
-
-static bool says_stop(void *context)
-{
-	return --*(int *)context < 0;
 }
 
 static void a_preparation_that_is_stopped_leaves_the_state_as_it_was(void **state)
