@@ -71,8 +71,9 @@ static void cancel_unwanted(struct api_call *call)
 static void end_waiting(struct exchange *exchange)
 {
 	struct api_call *call = &exchange->call;
-	bool is_last = waiting_leave(api_waiting(call->api), &call->waiter);
-	if (is_last && exchange->has_left && call->submit.queue.transient && call->store)
+	bool gives_up = exchange->has_left && call->submit.queue.transient;
+	bool is_last = waiting_leave(api_waiting(call->api), &call->waiter, gives_up);
+	if (is_last && gives_up && call->store)
 		cancel_unwanted(call);
 }
 

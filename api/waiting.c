@@ -49,7 +49,7 @@ void waiting_join(struct waiting *waiting, struct waiter *waiter, const char *jo
 	pthread_mutex_unlock(&waiting->lock);
 }
 
-bool waiting_leave(struct waiting *waiting, struct waiter *waiter)
+bool waiting_leave(struct waiting *waiting, struct waiter *waiter, bool gives_up)
 {
 	bool is_last = true;
 	if (!waiter->is_waiting)
@@ -66,7 +66,7 @@ bool waiting_leave(struct waiting *waiting, struct waiter *waiter)
 		if (strcmp(other->job_id, waiter->job_id) != 0)
 			continue;
 		is_last = false;
-		if (other->requests < waiter->requests)
+		if (gives_up && other->requests < waiter->requests)
 			other->requests = waiter->requests;
 	}
 	pthread_mutex_unlock(&waiting->lock);

@@ -2,8 +2,8 @@
  * whether he was the last, and may then cancel the job if nobody wants it for good (storage: job_cancel_unwanted).
  *
  * A job that is wanted by waiters only counts the requests for it; a waiter knows the count at his time. Who leaves
- * last hands the highest that any waiter knew to the store, which cancels only if no request has come since: one that
- * has, and is not waiting yet, is safe. */
+ * last hands the highest that any of those knew who gave the job up to the store, which cancels only if no request has
+ * come besides: one that has, and is not waiting yet, or has its answer and wants the job all the same, is safe. */
 #ifndef API_WAITING_H
 #define API_WAITING_H
 
@@ -27,8 +27,8 @@ void waiting_free(struct waiting *waiting);
 /* From any thread. The waiter must stay where it is until it leaves. */
 void waiting_join(struct waiting *waiting, struct waiter *waiter, const char *job_id, int64_t requests);
 
-/* True when nobody else waits for the job: waiter->requests is then the highest that was known. One that does not wait
- * was not the last. */
-bool waiting_leave(struct waiting *waiting, struct waiter *waiter);
+/* True when nobody else waits for the job: waiter->requests is then the highest that those knew who `gives_up` was true
+ * of, and itself. One that does not wait was not the last. */
+bool waiting_leave(struct waiting *waiting, struct waiter *waiter, bool gives_up);
 
 #endif

@@ -287,6 +287,18 @@ test('of several that wait for the same only the last one to leave cancels it', 
   assert.deepEqual(await state(), ['queued'], 'another request wants it without waiting');
 });
 
+test('who has his answer and has not left keeps the job, whoever leaves', async (t) => {
+  const service = await serve(t);
+  const other = hold(service, ...mesh, { 'content-type': 'model/obj', ...cancels }, obj);
+  await until('it waits', () => waits(1)(service));
+  const answer = await service.post('/v1/meshes?name=a.obj', obj, { 'content-type': 'model/obj', prefer: 'wait=1, on_disconnect=cancel' });
+  assert.equal(answer.status, 202);
+  other.destroy();
+  await until('it has left', () => waits(0)(service), 5);
+  await sleep(150);
+  assert.equal((await jobOf(service, answer.json)).state, 'queued');
+});
+
 test('what something else is made from is not cancelled', async (t) => {
   const service = await serve(t);
   const socket = hold(service, ...mesh, { 'content-type': 'model/obj', ...cancels }, obj);
