@@ -113,7 +113,7 @@ static inline void sum_shares(const int32_t *u, const int32_t *v, const int32_t 
 		const vector a_below = a < limit, b_below = b < limit;
 		a = (a & a_below) | (limit & ~a_below);
 		b = (b & b_below) | (limit & ~b_below);
-		const vector difference = a - b, is_back = difference >> 31;
+		const vector difference = a - b, is_back = difference < (vector){0};
 		const vector there = difference & ~is_back, back = -difference & is_back;
 		low[0] += there & 0xffff, high[0] += there >> 16;
 		low[1] += back & 0xffff, high[1] += back >> 16;
