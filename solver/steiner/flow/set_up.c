@@ -24,8 +24,11 @@ static size_t entries_most(const struct instance *instance)
 /* The first omega. From 0.05 to 0.2 any did as well at 23,500 vertices; larger meshes want less, as ways have more
  * edges, and parts of a mesh (part.h) more. With 100 terminals, 64 iterations from 0.1, 0.3 and 0.7 on left 0.9, 0.15
  * and 0.13 per cent of a gap on 2,200 vertices; 100 iterations from 0.1, 0.7 and 1.5 on left 0.45, 0.17 and 0.03 on
- * 850.
- */
+ * 850. Few terminals want no more than 0.7 there: with 14 on 1,400, 24 iterations from 0.7 on left 0.06 per cent, from
+ * 1.5 on 1.4. */
+enum { FEW_TERMINALS = 30 };
+static const float omega_of_few = 0.7f;
+
 static float omega_of_size(uint32_t vertex_count)
 {
 	static const struct {
@@ -49,7 +52,9 @@ static float omega_of(const struct instance *instance)
 		uint32_t terminals;
 		float factor;
 	} step[] = {{60, 1}, {150, 2}, {400, 5}, {UINT32_MAX, 10}};
-	const float of_size = omega_of_size(instance->vertex_count);
+	float of_size = omega_of_size(instance->vertex_count);
+	if (instance->terminal_count < FEW_TERMINALS && of_size > omega_of_few)
+		of_size = omega_of_few;
 	uint32_t i = 0;
 	while (instance->terminal_count >= step[i].terminals)
 		i++;
