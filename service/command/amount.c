@@ -28,6 +28,9 @@ enum tw_status amount_parse_count(const char *flag, const char *text, bool binar
 	const char *rest = text;
 	bool is_number = take_number(&rest, count);
 	const char *unit = *rest ? strchr(units, *rest) : NULL;
+	if (is_number && !*count)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", flag,
+			       "is a whole number from 1 on; for what is usual, leave the flag out");
 	if (is_number && binary && unit && !rest[1] && multiply(count, INT64_C(1) << 10 * (unit - units + 1)))
 		return TW_OK;
 	if (is_number && !*rest)

@@ -6,7 +6,7 @@
 
 #include <stdbool.h>
 
-/* A whole number, not below 0, with k, M, G or T (of 1024) behind it where `binary`. `flag` is named in the error. */
+/* A whole number from 1 on, with k, M, G or T (of 1024) behind it where `binary`. `flag` is named in the error. */
 enum tw_status amount_parse_count(const char *flag, const char *text, bool binary, int64_t *count,
 				  struct tw_error *error) TW_NODISCARD;
 

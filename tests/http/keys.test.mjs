@@ -388,6 +388,10 @@ test('the command line says what is wrong with what it is told', () => {
     [['create', ...store, '--name', 'a', '--expires', '2027-02-30'], /no day/],
     [['create', ...store, '--name', 'a', '--expires', '2020-01-01'], /expired already/],
     [['create', ...store, '--name', 'a', '--queued-jobs', '-1'], /no number/],
+    ...['--queued-jobs', '--stored-bytes', '--weight', '--requests-per-s', '--requests-per-min'].flatMap((flag) =>
+      ['0', '00'].map((none) => [['create', ...store, '--name', 'a', flag, none], /a whole number from 1 on; .* leave the flag out/]),
+    ),
+    [['create', ...store, '--name', 'a', '--stored-bytes', '0G'], /a whole number from 1 on/],
     [['create', ...store, '--name', 'a', '--tenant', 'A B'], /a tenant's name has/],
     [['create', ...store, '--name', 'a', '--queued', '1'], /did you mean --queued-jobs/],
     [['rotate', ...store, '--name', 'a', '--scopes', 'read'], /a key keeps them/],
