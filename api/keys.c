@@ -10,7 +10,6 @@
 #include <time.h>
 
 #define OVERLAP_DEFAULT_S (24 * 3600)
-#define OVERLAP_MAX_S (90 * 24 * 3600)
 
 /* --- shown ------------------------------------------------------------------------------------------------------ */
 
@@ -296,7 +295,7 @@ enum tw_status rotate_key(struct api_call *call, struct tw_error *error)
 	int64_t tenant = 0, overlap_s = 0;
 	enum tw_status status = query_only(&call->query, known, error);
 	if (status == TW_OK)
-		status = query_integer(&call->query, "overlap_s", OVERLAP_DEFAULT_S, 0, OVERLAP_MAX_S, &overlap_s,
+		status = query_integer(&call->query, "overlap_s", OVERLAP_DEFAULT_S, 0, KEY_OVERLAP_MAX_S, &overlap_s,
 				       error);
 	if (status == TW_OK)
 		status = choose_tenant(call, query_get(&call->query, "tenant"), false, &tenant, error);

@@ -312,6 +312,9 @@ static enum tw_status rotate(struct store *store, int64_t tenant, const char *id
 enum tw_status key_rotate(struct store *store, int64_t tenant, const char *id, int64_t overlap_ms, struct key *key,
 			  char secret[SECRET_SIZE], struct tw_error *error)
 {
+	if (overlap_ms < 0 || overlap_ms > INT64_C(1000) * KEY_OVERLAP_MAX_S)
+		return tw_fail(error, TW_ERROR_INPUT, "key-overlap", NULL,
+			       "the secret before is good for at most %d days more", KEY_OVERLAP_MAX_S / (24 * 3600));
 	enum tw_status status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;

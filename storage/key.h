@@ -79,7 +79,8 @@ enum tw_status key_find(struct store *store, int64_t tenant, const char *name, s
 			struct tw_error *error) TW_NODISCARD;
 
 /* A new secret; what the key showed before is good for `overlap_ms` more, what it showed before that is not.
- * TW_ERROR_CONFLICT "key-revoked". */
+ * TW_ERROR_CONFLICT "key-revoked"; TW_ERROR_INPUT "key-overlap" (not from 0 to KEY_OVERLAP_MAX_S). */
+enum { KEY_OVERLAP_MAX_S = 90 * 24 * 3600 };
 enum tw_status key_rotate(struct store *store, int64_t tenant, const char *id, int64_t overlap_ms, struct key *key,
 			  char secret[SECRET_SIZE], struct tw_error *error) TW_NODISCARD;
 

@@ -243,7 +243,7 @@ static void print_help(void)
 	       "  --name NAME             what you call it; unique within its tenant\n"
 	       "  --scopes LIST           what it may do: read, submit, rig, admin (read,submit)\n"
 	       "  --expires WHEN          a day as in 2027-01-31, or a time as in 90d (never)\n"
-	       "  --overlap TIME          how long what the key was before is still good after rotate (24h)\n"
+	       "  --overlap TIME          for how long rotate leaves the key before good, up to 90d (24h)\n"
 	       "  --weight N              turns of its jobs in the queue for one of another key's (1)\n"
 	       "  --requests-per-s N, --requests-per-min N\n"
 	       "                          what each service answers it; beyond that 429\n"

@@ -407,6 +407,9 @@ test('the command line says what is wrong with what it is told', () => {
   assert.match(run('key', 'create', ...store, '--name', 'a'), /^twk_\w{59}\n$/);
   assert.match(key('create', ...store, '--name', 'a').stderr, /has a key a already/);
   assert.match(run('key', 'list', ...store), /^default +a +read,submit/m);
+  const overlap = (time) => key('rotate', ...store, '--name', 'a', '--overlap', time);
+  for (const time of ['91d', '7776001s', '9999d']) assert.match(overlap(time).stderr, /at most 90 days/, time);
+  assert.equal(overlap('90d').status, 0);
   const tenant = (...args) => spawnSync(tightwire, ['tenant', ...args], { encoding: 'utf8' });
   assert.match(tenant('delete', ...store, '--tenant', 'default').stderr, /say --yes/);
   assert.match(tenant('delete', ...store, '--tenant', 'mill', '--yes').stderr, /no tenant mill/);

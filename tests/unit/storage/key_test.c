@@ -141,6 +141,10 @@ static void a_rotated_key_has_two_secrets_for_the_overlap_and_never_three(void *
 	char secrets[3][SECRET_SIZE];
 	const struct key_draft draft = usual("mes");
 	struct key key = make(f, &draft, secrets[0]), rotated;
+	const int64_t beyond[] = {-1, 1000 * (int64_t)KEY_OVERLAP_MAX_S + 1, INT64_MAX};
+	for (unsigned i = 0; i < 3; i++)
+		refused(f, key_rotate(f->store, TENANT_DEFAULT, key.id, beyond[i], &rotated, secrets[1], &f->error),
+			TW_ERROR_INPUT, "key-overlap");
 	ok(f, key_rotate(f->store, TENANT_DEFAULT, key.id, 1000, &rotated, secrets[1], &f->error));
 	assert_int_equal(rotated.number, key.number);
 	assert_int_equal(rotated.overlap_until_ms, f->now_ms + 1000);
