@@ -363,9 +363,12 @@ static enum tw_status compare(const struct key *key, bool jobs, uint64_t bytes, 
 			       (long long)key->queued_jobs, (long long)limits->queued_jobs);
 	int64_t left = limits->stored_bytes - key->stored_bytes;
 	if (limits->stored_bytes && (left <= 0 || bytes > (uint64_t)left))
-		return tw_fail(error, TW_ERROR_LIMIT, "limit-stored-bytes", NULL,
-			       "your key stores %lld bytes and may store %lld; delete what you do not need any more",
-			       (long long)key->stored_bytes, (long long)limits->stored_bytes);
+		return tw_fail(
+			error, TW_ERROR_LIMIT, "limit-stored-bytes", NULL,
+			"your key stores %lld bytes, with what has come of this, and may store %lld; this needs at "
+			"least %llu more; delete what you do not need any more",
+			(long long)key->stored_bytes, (long long)limits->stored_bytes,
+			(unsigned long long)(bytes ? bytes : 1));
 	return TW_OK;
 }
 

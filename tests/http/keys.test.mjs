@@ -242,6 +242,8 @@ test('queued jobs and stored bytes are limited by key, and come back', async () 
     const over = await upload(601);
     assert.equal(over.status, 429);
     assert.equal(over.json.type, urn('limit-stored-bytes'));
+    const [, has, more] = over.json.detail.match(/stores (\d+) bytes.* may store 1000; this needs at least (\d+) more/);
+    assert.ok(Number(has) >= 600 && Number(has) + Number(more) > 1000 && Number(more) <= 601, over.json.detail);
     const path = stored.json.href;
     assert.equal((await service.request('DELETE', path, { headers: bearer(bytes) })).status, 204);
     assert.equal((await upload(601)).status, 202);
