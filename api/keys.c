@@ -113,6 +113,15 @@ static enum tw_status find_key(struct api_call *call, struct key *key, int64_t *
 
 /* --- requests --------------------------------------------------------------------------------------------------- */
 
+/* The scopes that are asked for are at fault, not the caller's key. */
+static enum tw_status refuse_scope_at(const struct api_call *call, const char *pointer, unsigned scope,
+				      struct tw_error *error)
+{
+	enum tw_status status = call_refuse_scope(call, scope, error);
+	snprintf(error->where, sizeof error->where, "%s", pointer);
+	return status;
+}
+
 static enum tw_status parse_scopes(const struct api_call *call, const json_t *body, unsigned *scopes,
 				   struct tw_error *error)
 {
@@ -130,9 +139,11 @@ static enum tw_status parse_scopes(const struct api_call *call, const json_t *bo
 		if (!is_one)
 			return tw_fail(error, TW_ERROR_INPUT, "key-scope", pointer,
 				       "this is no scope; there are: read, submit, rig, admin");
+		if (scope & ~call->caller.scopes)
+			return refuse_scope_at(call, pointer, scope, error);
 		*scopes |= scope;
 	}
-	return *scopes & ~call->caller.scopes ? call_refuse_scope(call, *scopes & ~call->caller.scopes, error) : TW_OK;
+	return TW_OK;
 }
 
 static enum tw_status parse_weight(const json_t *body, uint32_t *weight, struct tw_error *error)

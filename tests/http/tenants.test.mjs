@@ -420,8 +420,10 @@ test('only keys of the tenant default see figures of the whole, and make keys of
 
 test('nobody gives a key more than he has', async () => {
   const body = (...list) => ({ name: randomBytes(8).toString('hex'), scopes: list });
-  const refused = await ask(keys.mill.admin, 'POST', '/v1/keys', { body: body('read', 'admin') });
+  const refused = await ask(keys.mill.admin, 'POST', '/v1/keys', { body: body('admin', 'read') });
+  assert.equal(refused.status, 403);
   assert.equal(refused.json.type, urnOf('missing-scope'));
+  assert.equal(refused.json.errors[0].pointer, '/scopes/1');
   assert.equal((await ask(keys.mill.all, 'POST', '/v1/keys', { body: body('read', 'admin') })).status, 201);
 });
 
