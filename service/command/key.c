@@ -67,38 +67,59 @@ static enum tw_status print_json(json_t *json, struct tw_error *error)
 	return printed ? TW_OK : tw_fail_memory(error);
 }
 
-static const char *print_day(int64_t time_ms, char text[32])
+static const char *print_time(int64_t time_ms, const char *format, char text[32])
 {
 	struct tm parts;
 	time_t seconds = (time_t)(time_ms / 1000);
 	gmtime_r(&seconds, &parts);
-	if (!time_ms || !strftime(text, 32, "%Y-%m-%d", &parts))
+	if (!time_ms || !strftime(text, 32, format, &parts))
 		snprintf(text, 32, "never");
 	return text;
 }
+
+#define DAY "%Y-%m-%d"
+#define MINUTE "%Y-%m-%dT%H:%MZ"
 
 /* The secret alone on standard output, so that a script can take it. */
 static enum tw_status print_made(const struct request *request, const struct key *key, const char *secret,
 				 struct tw_error *error)
 {
-	char scopes[KEY_SCOPES_SIZE], day[32];
+	char scopes[KEY_SCOPES_SIZE], expires[32];
 	if (request->as_json)
 		return print_json(show(key, secret), error);
 	key_print_scopes(key->scopes, scopes);
 	fprintf(stderr, "key %s of the tenant %s (%s), which expires: %s. It is shown only now:\n", key->name,
-		key->tenant, scopes, print_day(key->expires_ms, day));
+		key->tenant, scopes, print_time(key->expires_ms, MINUTE, expires));
 	printf("%s\n", secret);
 	return TW_OK;
+}
+
+/* As the flags of create. */
+static void print_limits(const struct key *key)
+{
+	const struct {
+		const char *name;
+		int64_t value;
+	} rows[] = {
+		{"weight", key->weight > 1 ? key->weight : 0},      {"requests-per-s", key->limits.requests_per_s},
+		{"requests-per-min", key->limits.requests_per_min}, {"queued-jobs", key->limits.queued_jobs},
+		{"stored-bytes", key->limits.stored_bytes},
+	};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+		if (rows[i].value)
+			printf(" %s=%lld", rows[i].name, (long long)rows[i].value);
 }
 
 static void print_row(const struct key *key)
 {
 	char scopes[KEY_SCOPES_SIZE], expires[32], used[32];
 	key_print_scopes(key->scopes, scopes);
-	printf("%-20s %-20s %-22s %-10s %-10s %10lld %8lld %14lld%s\n", key->tenant[0] ? key->tenant : "(deleted)",
-	       key->name, scopes, print_day(key->expires_ms, expires), print_day(key->last_used_ms, used),
-	       (long long)key->requests, (long long)key->queued_jobs, (long long)key->stored_bytes,
-	       key->revoked_ms ? " revoked" : "");
+	printf("%-20s %-20s %-22s %-17s %-10s %10lld %8lld %14lld%s", key->tenant[0] ? key->tenant : "(deleted)",
+	       key->name, scopes, print_time(key->expires_ms, MINUTE, expires),
+	       print_time(key->last_used_ms, DAY, used), (long long)key->requests, (long long)key->queued_jobs,
+	       (long long)key->stored_bytes, key->revoked_ms ? " revoked" : "");
+	print_limits(key);
+	printf("\n");
 }
 
 /* --- verbs ------------------------------------------------------------------------------------------------------ */
@@ -202,8 +223,8 @@ static enum tw_status list(struct request *request, struct tw_error *error)
 	json_t *all = json_array();
 	enum tw_status status = request->tenant ? take_tenant(request, false, &tenant, error) : TW_OK;
 	if (status == TW_OK && !request->as_json)
-		printf("%-20s %-20s %-22s %-10s %-10s %10s %8s %14s\n", "tenant", "name", "scopes", "expires", "used",
-		       "requests", "queued", "bytes");
+		printf("%-20s %-20s %-22s %-17s %-10s %10s %8s %14s %s\n", "tenant", "name", "scopes", "expires",
+		       "used", "requests", "queued", "bytes", "limits");
 	do {
 		struct key_page page = {0};
 		if (status == TW_OK)
@@ -347,10 +368,13 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 static enum tw_status run(void *context, struct tw_error *error)
 {
 	struct request *request = context;
+	enum tw_status status = store_open_existing(&request->store, request->url, error);
 	/* A new store may get its keys before the first service listens to others. */
-	enum tw_status status = request->verb->run == create
-					? store_open(&request->store, request->url, error)
-					: store_open_existing(&request->store, request->url, error);
+	if (status == TW_ERROR_NOT_FOUND && request->verb->run == create) {
+		status = store_open(&request->store, request->url, error);
+		if (status == TW_OK)
+			fprintf(stderr, "the store %s is new\n", request->url);
+	}
 	return status == TW_OK ? request->verb->run(request, error) : status;
 }
 

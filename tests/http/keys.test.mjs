@@ -407,8 +407,18 @@ test('the command line says what is wrong with what it is told', () => {
     assert.match(stderr, words, args.join(' '));
   }
   assert.match(run('key', 'create', ...store, '--name', 'a'), /^twk_\w{59}\n$/);
+  const other = ['--store', `sqlite:${join(folder.path, 'other.db')}`];
+  for (const [name, isNew] of [['a', true], ['b', false]])
+    assert.equal(/^the store sqlite:\S+other\.db is new$/m.test(key('create', ...other, '--name', name).stderr), isNew, name);
   assert.match(key('create', ...store, '--name', 'a').stderr, /has a key a already/);
   assert.match(run('key', 'list', ...store), /^default +a +read,submit/m);
+  const limits = ['requests-per-s', 'requests-per-min', 'queued-jobs', 'weight'].flatMap((name, i) => [`--${name}`, `${i + 2}`]);
+  assert.match(key('create', ...store, '--name', 'few', '--expires', '2099-01-31', '--stored-bytes', '1k', ...limits).stderr, /expires: 2099-01-31T00:00Z/);
+  assert.match(
+    run('key', 'list', ...store),
+    /^default +few +read,submit +2099-01-31T00:00Z +never .* weight=5 requests-per-s=2 requests-per-min=3 queued-jobs=4 stored-bytes=1024$/m,
+  );
+  assert.match(run('key', 'list', ...store), /^default +a +read,submit +never +never +0 +0 +0$/m);
   const overlap = (time) => key('rotate', ...store, '--name', 'a', '--overlap', time);
   for (const time of ['91d', '7776001s', '9999d']) assert.match(overlap(time).stderr, /at most 90 days/, time);
   assert.equal(overlap('90d').status, 0);
