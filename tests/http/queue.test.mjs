@@ -74,6 +74,26 @@ test('every header that says how a job is queued is checked, and named', async (
   assert.deepEqual((await service.get('/v1/jobs')).json.items, []);
 });
 
+test('a header that says how a job is queued stands once in the head', async (t) => {
+  const service = await serve(t);
+  for (const [name, value] of [
+    ['Job-Class', 'batch'],
+    ['Job-Priority', '3'],
+    ['Job-Group', 'rig'],
+    ['Job-Max-Running', '3'],
+    ['Not-Before', '8h'],
+    ['Cancel-After', '90s'],
+    ['Supersedes', 'drag'],
+    ['Session', 'studio'],
+  ]) {
+    const socket = hold(service, 'POST', '/v1/rig/recordings', { [name]: value, [name.toLowerCase()]: value }, '{"name":"twice"}');
+    await until(`${name} is answered`, () => /^HTTP\/1.1 [^]*\r\n\r\n[^]*\}/.test(socket.back));
+    assert.match(socket.back, /^HTTP\/1.1 400 [^]*malformed-header[^]*stands twice/, name);
+    assert.ok(socket.back.includes(`"place":"${name}"`), socket.back);
+    socket.destroy();
+  }
+});
+
 test('a job tells how it is queued', async (t) => {
   const service = await serve(t);
   const at = new Date(Date.now() + 3600_000).toISOString();
@@ -401,6 +421,7 @@ test('many jobs are listed, cancelled and redriven by what they have in common',
     ['/v1/jobs/redrive?state=queued', 'state'],
     ['/v1/jobs/cancel?class=urgent', 'class'],
     ['/v1/jobs/cancel?older_than=yesterday', 'older_than'],
+    ['/v1/jobs/cancel?older_than=0s', 'older_than'],
     ['/v1/jobs/cancel?kinds=draw', undefined],
   ]) {
     const { status, json } = await service.post(path);

@@ -186,10 +186,12 @@ static enum head_outcome take_field(struct head *head, char *line, struct tw_err
 /* What has one value: said twice, one reader takes the first and another the last. */
 static bool is_single(const char *name)
 {
-	static const char *const single[] = {"Host",          "Content-Length",  "Transfer-Encoding",
-					     "Content-Type",  "Authorization",   "Idempotency-Key",
-					     "Upload-Offset", "Upload-Complete", "Expect",
-					     "Origin",        "X-Request-Id",    "Content-Encoding"};
+	static const char *const single[] = {
+		"Host",          "Content-Length",  "Transfer-Encoding", "Content-Type",
+		"Authorization", "Idempotency-Key", "Upload-Offset",     "Upload-Complete",
+		"Expect",        "Origin",          "X-Request-Id",      "Content-Encoding",
+		"Job-Class",     "Job-Priority",    "Job-Group",         "Job-Max-Running",
+		"Not-Before",    "Cancel-After",    "Supersedes",        "Session"};
 	for (size_t i = 0; i < sizeof single / sizeof *single; i++)
 		if (!strcasecmp(single[i], name))
 			return true;
