@@ -43,7 +43,7 @@ static enum tw_status parse_age(const struct api_call *call, const char *text, i
 		return TW_OK;
 	if (!submit_read_span(text, &span_ms))
 		return tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "older_than",
-			       "older_than is a time span as 90s, 5m, 8h or 2d; at most 366d");
+			       "older_than is " SUBMIT_SPAN_FORM);
 	*before_ms = store_now_ms(call->store) - span_ms;
 	return TW_OK;
 }

@@ -182,10 +182,10 @@ static enum tw_status read_times(const struct source *source, struct submit *sub
 		queue->not_before_ms = source->now_ms + span_ms;
 	else if (not_before && (!read_time(not_before, &queue->not_before_ms) ||
 				queue->not_before_ms > source->now_ms + SUBMIT_SPAN_MAX_MS))
-		return refuse("Not-Before", "a time as 2026-11-28T22:00:00Z, or how long from now, as 8h; at most 366d",
+		return refuse("Not-Before", "a time as 2026-11-28T22:00:00Z, or how long from now, " SUBMIT_SPAN_FORM,
 			      error);
 	if (cancel_after && !submit_read_span(cancel_after, &queue->cancel_after_ms))
-		return refuse("Cancel-After", "a time span as 90s, 500ms, 5m, 8h or 2d; at most 366d", error);
+		return refuse("Cancel-After", SUBMIT_SPAN_FORM, error);
 	return TW_OK;
 }
 

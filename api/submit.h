@@ -20,6 +20,8 @@
 
 enum { SUBMIT_WORD_MAX = 64, SUBMIT_PRIORITY_MAX = 1000, SUBMIT_RUNNING_MAX = 100000 };
 #define SUBMIT_SPAN_MAX_MS (366ll * 24 * 3600 * 1000)
+/* What submit_read_span wants, for messages. */
+#define SUBMIT_SPAN_FORM "a time span as 90s, 500ms, 5m, 8h or 2d, or 90 for seconds; more than 0, at most 366d"
 
 struct submit {
 	struct job_request queue; /* without affinity; texts borrowed from the headers */

@@ -43,6 +43,8 @@ static void assert_refused(const char *name, const char *value)
 	assert_string_equal(error.type, "malformed-header");
 	assert_string_equal(error.where, name);
 	assert_true(strlen(error.text) > strlen(name) + 4);
+	if (!strcmp(name, "Cancel-After") || !strcmp(name, "Not-Before"))
+		assert_non_null(strstr(error.text, "90 for seconds; more than 0, at most 366d"));
 }
 
 static void who_waits_is_interactive_unless_told_otherwise(void **state)
@@ -148,8 +150,8 @@ static void times_are_spans_or_dates(void **state)
 		assert_int_equal(parse(&(struct headers){{"Not-Before"}, {dates[i].text}}).queue.not_before_ms,
 				 dates[i].ms);
 	}
-	static const char *const bad[] = {"",     "0s",    "-5s", "5 s", "5w", "1.5h", "367d", "99999999999999999999s",
-					  "soon", "9000h0"};
+	static const char *const bad[] = {
+		"", "0s", "0", "00ms", "-5s", "5 s", "5w", "1.5h", "367d", "99999999999999999999s", "soon", "9000h0"};
 	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
 		assert_refused("Cancel-After", bad[i]);
 		assert_refused("Not-Before", bad[i]);
