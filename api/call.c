@@ -45,10 +45,25 @@ void call_job_asked(const struct api_call *call)
 		hooks->job_asked(hooks->context);
 }
 
+/* Some of 500 and above are no fault of the service: a version or method that it does not speak (505, 501), a limit
+ * that is reached (503), a disk that is full (507), which the metrics tell. */
+static bool is_own_fault(const struct tw_error *error)
+{
+	switch (error->status) {
+	case TW_ERROR_INPUT:
+	case TW_ERROR_UNSUPPORTED:
+	case TW_ERROR_LIMIT:
+	case TW_ERROR_FULL:
+		return false;
+	default:
+		return problem_status(error) >= 500;
+	}
+}
+
 void call_failed(const struct api_call *call, const char *request_id, const struct tw_error *error)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;
-	if (hooks->failed && problem_status(error) >= 500 && error->status != TW_ERROR_FULL)
+	if (hooks->failed && is_own_fault(error))
 		hooks->failed(hooks->context, request_id, error);
 }
 

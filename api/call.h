@@ -62,7 +62,7 @@ void call_job_added(const struct api_call *call, bool is_interactive);
 /* Tells the service that jobs were cancelled or removed, running ones perhaps. */
 void call_job_asked(const struct api_call *call);
 
-/* Tells the service, for its log, of a failure that is its own. */
+/* Tells the service, for its log, of an error, where that is the service's own failure. */
 void call_failed(const struct api_call *call, const char *request_id, const struct tw_error *error);
 
 /* Sets ETag and answers 304 when the request's If-None-Match names it: true, and there is nothing left to do. `etag`

@@ -71,6 +71,13 @@ test('a wrong method is 405 with Allow; an unknown one is 501', async () => {
   assert.match(await raw('BREW /livez HTTP/1.1\r\nHost: localhost\r\n\r\n'), /^HTTP\/1.1 501 /);
 });
 
+test('what a client got wrong is no failure of the service in its log, whatever the status', async () => {
+  const before = service.log.length;
+  for (const [line, status] of [['BREW /livez HTTP/1.1', 501], ['GET /livez HTTP/2.0', 505], ['GET /nothing HTTP/1.1', 404]])
+    assert.ok((await raw(`${line}\r\nHost: localhost\r\n\r\n`)).startsWith(`HTTP/1.1 ${status} `), line);
+  assert.doesNotMatch(service.log.slice(before), /\bfailed\b/);
+});
+
 test('OPTIONS tells the methods, and what browsers of the allowed origin may send', async () => {
   const answer = await service.request('OPTIONS', '/v1/layouts/x');
   assert.equal(answer.status, 204);
