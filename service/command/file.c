@@ -7,18 +7,45 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+enum {
+	WHERE_SIZE = sizeof((struct tw_error *)0)->where,
+	INSIDE_MAX = 80, /* bytes that a place within the file may take from its path */
+};
+
+/* The path, and a place within the file where there is one. Of a path that is too long the end is shown, which tells
+ * more than its beginning. */
+static void tell_place(const char *path, const char *inside, char where[static WHERE_SIZE])
+{
+	static const char cut[] = "…";
+	size_t length = strlen(path), inside_length = strnlen(inside, INSIDE_MAX);
+	const char *glue = inside_length ? ": " : "";
+	size_t room = WHERE_SIZE - 1 - inside_length - strlen(glue);
+	bool is_cut = length > room;
+	if (is_cut)
+		path += length - (room - strlen(cut));
+	while (is_cut && (*path & 0xc0) == 0x80) /* never half a character */
+		path++;
+	snprintf(where, WHERE_SIZE, "%s%s%s%.*s", is_cut ? cut : "", path, glue, (int)inside_length, inside);
+}
+
 static enum tw_status fail_file(const char *path, const char *doing, struct tw_error *error)
 {
 	int number = errno;
 	enum tw_status status = number == ENOSPC || number == EDQUOT || number == EFBIG ? TW_ERROR_FULL : TW_ERROR_IO;
-	return tw_fail(error, status, "file", path, "cannot %s: %s", doing, strerror(number));
+	char where[WHERE_SIZE] = "";
+	if (path)
+		tell_place(path, "", where);
+	return tw_fail(error, status, "file", where, "cannot %s: %s", doing, strerror(number));
 }
 
 enum tw_status file_blame(enum tw_status status, const char *path, struct tw_error *error)
 {
-	if (status != TW_OK && path && strcmp(error->where, path) != 0) {
-		char where[sizeof error->where];
-		snprintf(where, sizeof where, "%.60s%s%.60s", path, *error->where ? ": " : "", error->where);
+	char where[WHERE_SIZE];
+	if (status == TW_OK || !path)
+		return status;
+	tell_place(path, "", where);
+	if (strcmp(error->where, where) != 0) {
+		tell_place(path, error->where, where);
 		memcpy(error->where, where, sizeof where);
 	}
 	return status;
@@ -40,8 +67,9 @@ static enum tw_status read_all(FILE *file, const char *path, size_t limit, char 
 		size_t got = fread(*bytes + *size, 1, capacity - 1 - *size, file);
 		*size += got;
 		if (*size > limit)
-			return tw_fail(error, TW_ERROR_LIMIT, "file-too-large", path, "is larger than %zu bytes",
-				       limit);
+			return file_blame(tw_fail(error, TW_ERROR_LIMIT, "file-too-large", NULL,
+						  "is larger than %zu bytes", limit),
+					  path, error);
 		if (!got)
 			break;
 	}

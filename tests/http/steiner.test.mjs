@@ -1,7 +1,7 @@
 // `tightwire steiner` as a program: what it prints, where, and how it exits. The tree is checked here by its own means.
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, readFileSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { temporaryFolder, tightwire } from './service.mjs';
@@ -188,6 +188,24 @@ test('a wrong file is one line on stderr that names the line, and exit code 1', 
     assert.equal(stderr.trim().split('\n').length, 1);
   }
   assert.match(steiner('', '/does/not/exist').stderr, /does\/not\/exist: cannot open: No such file/);
+});
+
+test('of a file with a long name the end is told, with a sign that it was cut, and the line', () => {
+  const folder = temporaryFolder();
+  const deep = join(folder.path, 'ä'.repeat(60), 'ö'.repeat(61));
+  mkdirSync(deep, { recursive: true });
+  for (const name of ['short.gr', 'long.gr']) {
+    const file = name === 'short.gr' ? join(folder.path, name) : join(deep, name);
+    writeFileSync(file, square.replace('E 2 3 4', 'E 2 9 4'));
+    for (const [path, words] of [[file, 'line 5: vertex 9 is not one of 1 to 5'], [`${file}.none`, 'cannot open']]) {
+      const { stderr } = steiner('', path);
+      const told = stderr.replace(/^tightwire steiner: /, '').split(`: ${words}`)[0];
+      assert.ok(stderr.includes(`: ${words}`), stderr);
+      if (name === 'short.gr') assert.equal(told, path);
+      else assert.ok(told[0] === '…' && told.length > 50 && path.endsWith(told.slice(1)), stderr);
+    }
+  }
+  folder.remove();
 });
 
 test('the weight that a presolver took is told beside, and the file is named once', () => {
