@@ -239,6 +239,16 @@ static enum tw_status print_tree(const struct settings *settings, const struct s
 	return TW_OK;
 }
 
+/* The solver knows no flags. What it would need for this instance is not known before it is tried. */
+static void explain_memory(const struct settings *settings, const struct graph *graph, struct tw_error *error)
+{
+	if (!settings->memory_limit)
+		return;
+	snprintf(error->text, sizeof error->text,
+		 "%u MiB, which --memory-limit allows, do not hold %u vertices and %u edges; raise it, or leave it out",
+		 settings->memory_limit, graph->vertex_count, graph->edge_count);
+}
+
 static enum tw_status write_certificate(const struct settings *settings, const struct steiner_file *file,
 					const struct steiner_tree *tree, struct arena *arena, struct tw_error *error)
 {
@@ -247,6 +257,8 @@ static enum tw_status write_certificate(const struct settings *settings, const s
 	size_t length;
 	enum tw_status status = steiner_certify(&file->graph, file->terminals, file->terminal_count, tree,
 						(size_t)settings->memory_limit << 20, arena, &certificate, error);
+	if (status == TW_ERROR_MEMORY)
+		explain_memory(settings, &file->graph, error);
 	if (status == TW_OK)
 		status = certificate_write(&certificate, arena, &bytes, &length, error);
 	return status == TW_OK ? file_write(settings->certificate, bytes, length, error) : status;
@@ -275,6 +287,8 @@ static enum tw_status solve_file(const struct settings *settings, struct arena *
 		steiner_solve(&file.graph, file.terminals, file.terminal_count, &solver, arena, &tree, error),
 		settings->path, error);
 	progress_clear();
+	if (status == TW_ERROR_MEMORY)
+		explain_memory(settings, &file.graph, error);
 	if (status == TW_OK)
 		status = file_blame(print_tree(settings, &file, &tree, error), settings->path, error);
 	if (status == TW_OK && settings->certificate)
