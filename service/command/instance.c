@@ -17,6 +17,9 @@ enum tw_status instance_read(const char *path, struct arena *arena, struct stein
 		fprintf(stderr,
 			"warning: %s: %u edges from a vertex to itself were left out, which no tree has (line %zu%s)\n",
 			path, file->loop_count, file->loop_line, file->loop_count > 1 ? ", …" : "");
+	if (status == TW_OK && file->repeated_count > 0)
+		fprintf(stderr, "warning: %s: %u terminals were listed before, which changes nothing (line %zu%s)\n",
+			path, file->repeated_count, file->repeated_line, file->repeated_count > 1 ? ", …" : "");
 	if (status == TW_OK && file->fixed > 0)
 		fprintf(stderr,
 			"warning: %s: the graph is what reductions left of another one, whose tree weighs %llu more "

@@ -29,6 +29,8 @@ struct reader {
 	uint32_t edge_count, terminal_count;        /* read */
 	uint32_t loop_count;                        /* read and left out */
 	size_t loop_line;                           /* of the first */
+	uint32_t repeated_count;                    /* terminals that were listed before */
+	size_t repeated_line;                       /* of the first */
 	uint64_t weight_total;
 	bool is_presolved, has_fixed;
 	uint64_t fixed;
@@ -36,6 +38,7 @@ struct reader {
 	struct arena *scratch; /* owned */
 	uint32_t *ends;        /* [2 * edges] in scratch */
 	uint64_t *weight;      /* [edges] in scratch */
+	uint8_t *is_terminal;  /* [nodes] in scratch, a bit each */
 	struct arena *arena;   /* borrowed: what the caller keeps */
 	uint32_t *terminal;    /* [terminals] in arena */
 	struct tw_error *error;
@@ -154,7 +157,8 @@ static enum tw_status read_count(struct reader *reader, const char *what, uint32
 	if (*have)
 		return refuse(reader, TW_ERROR_INPUT, "steiner-file-syntax", "%s stand here for the second time", what);
 	if (!read_number(reader, &value) || !line_is_over(reader))
-		return refuse(reader, TW_ERROR_INPUT, "steiner-file-syntax", "expected the number of %s", what);
+		return refuse(reader, TW_ERROR_INPUT, "steiner-file-syntax",
+			      "expected the number of %s, and nothing behind it", what);
 	if (value > most)
 		return refuse(reader, TW_ERROR_LIMIT, "steiner-file-too-large",
 			      "%llu %s are announced; at most %u are possible here", (unsigned long long)value, what,
@@ -208,8 +212,10 @@ static enum tw_status read_edge(struct reader *reader)
 		status = read_vertex(reader, &v);
 	if (status != TW_OK)
 		return status;
-	if (!read_number(reader, &weight) || !line_is_over(reader))
+	if (!read_number(reader, &weight))
 		return refuse_syntax(reader, "a whole, non-negative weight of at most 64 bits at the end of the edge");
+	if (!line_is_over(reader))
+		return refuse_syntax(reader, "nothing behind the edge's weight");
 	if (u == v) {
 		reader->loop_line = reader->loop_count++ == 0 ? reader->line_number : reader->loop_line;
 		return TW_OK;
@@ -258,7 +264,17 @@ static enum tw_status read_terminal_count(struct reader *reader)
 	if (status != TW_OK)
 		return status;
 	reader->terminal = ARENA_ARRAY(reader->arena, reader->terminals, uint32_t);
-	return reader->terminal ? TW_OK : tw_fail_memory(reader->error);
+	reader->is_terminal = ARENA_ZEROED(reader->scratch, reader->nodes / 8 + 1, uint8_t);
+	return reader->terminal && reader->is_terminal ? TW_OK : tw_fail_memory(reader->error);
+}
+
+static void note_terminal(struct reader *reader, uint32_t vertex)
+{
+	uint8_t *byte = &reader->is_terminal[vertex / 8];
+	const uint8_t bit = (uint8_t)(1u << vertex % 8);
+	if (*byte & bit)
+		reader->repeated_line = reader->repeated_count++ == 0 ? reader->line_number : reader->repeated_line;
+	*byte |= bit;
 }
 
 static enum tw_status read_terminal_line(struct reader *reader, struct word word)
@@ -274,13 +290,15 @@ static enum tw_status read_terminal_line(struct reader *reader, struct word word
 			return status;
 		if (!line_is_over(reader))
 			return refuse_syntax(reader, "nothing behind the terminal's vertex");
-		reader->terminal_count++;
+		note_terminal(reader, reader->terminal[reader->terminal_count++]);
 		return TW_OK;
 	}
 	if (word_is(word, "terminals"))
 		return read_terminal_count(reader);
 	if (word_is(word, "end")) {
-		if (!reader->have_terminals || reader->terminal_count != reader->terminals)
+		if (!reader->have_terminals)
+			return refuse_syntax(reader, "Terminals, with their number, in the section Terminals");
+		if (reader->terminal_count != reader->terminals)
 			return refuse(reader, TW_ERROR_INPUT, "steiner-file-count",
 				      "%u terminals were announced, %u stand here", reader->terminals,
 				      reader->terminal_count);
@@ -311,7 +329,8 @@ static enum tw_status read_presolve_line(struct reader *reader, struct word word
 		return refuse_syntax(reader, "one line FIXED in the section Presolve");
 	reader->has_fixed = true;
 	if (!read_whole(reader, &reader->fixed) || !line_is_over(reader) || reader->fixed > weight_total_max)
-		return refuse_syntax(reader, "a whole, non-negative number of at most 62 bits behind FIXED");
+		return refuse_syntax(reader,
+				     "a whole, non-negative number of at most 62 bits behind FIXED, and nothing else");
 	return TW_OK;
 }
 
@@ -423,6 +442,8 @@ enum tw_status steiner_file_read(struct steiner_file *file, struct arena *arena,
 		read.fixed = reader.fixed;
 		read.loop_count = reader.loop_count;
 		read.loop_line = reader.loop_line;
+		read.repeated_count = reader.repeated_count;
+		read.repeated_line = reader.repeated_line;
 		*file = read;
 	} else {
 		arena_release(arena, mark);

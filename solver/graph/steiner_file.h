@@ -31,6 +31,8 @@ struct steiner_file {
 	uint64_t fixed;      /* a tree of the graph before that weighs so much more */
 	uint32_t *terminals; /* [terminal_count], as listed; equal ones possible; borrowed from the arena */
 	uint32_t terminal_count;
+	uint32_t repeated_count; /* of them, those that were listed before */
+	size_t repeated_line;    /* of the first of these, from 1 */
 };
 
 /* Reads `length` bytes (they need no terminator). Every array is sized by what the bytes can hold, not by what they

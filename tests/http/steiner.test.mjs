@@ -177,6 +177,8 @@ test('a wrong file is one line on stderr that names the line, and exit code 1', 
     ['SECTION Comment\n', /line 1: the file ends here without EOF/],
     [square.replace('E 2 3 4', 'E 2 9 4'), /line 5: vertex 9 is not one of 1 to 5/],
     [square.replace('E 2 3 4', 'E 2 3 4.5'), /line 5: expected a whole/],
+    [square.replace('E 2 3 4', 'E 2 3 4 7 8'), /line 5: expected nothing behind the edge's weight/],
+    [square.replace('Terminals 3\nT 1\nT 3\nT 4\n', ''), /line 12: expected Terminals, with their number/],
     [square.replace('Nodes 5', 'Nodes 4000000000'), /line 2: 4000000000 nodes are announced/],
     [square.replace('E 3 4 5\n', ''), /5 edges were announced, 4 stand here/],
     [square.replace('E 3 4 5', 'E 4 5 5').replace('E 1 4 20', 'E 4 5 5'), /the terminals 1 and 4 are not connected/],
@@ -188,6 +190,21 @@ test('a wrong file is one line on stderr that names the line, and exit code 1', 
     assert.equal(stderr.trim().split('\n').length, 1);
   }
   assert.match(steiner('', '/does/not/exist').stderr, /does\/not\/exist: cannot open: No such file/);
+});
+
+test('a terminal that is listed twice is told, as an edge from a vertex to itself is', () => {
+  const text = square.replace('T 3\n', 'T 3\nT 1\n').replace('Terminals 3', 'Terminals 4').replace('Edges 5', 'Edges 6');
+  const { status, stdout, stderr } = steiner(text.replace('E 4 5 1', 'E 4 5 1\nE 2 2 1'), '-');
+  assert.equal(status, 0, stderr);
+  assert.match(stdout, /^VALUE 12\n/);
+  assert.match(stderr, /1 edges from a vertex to itself .*\(line 9\)/);
+  assert.match(stderr, /1 terminals were listed before.*\(line 16\)/);
+});
+
+test('a memory limit that holds not even the instance names the flag to raise', () => {
+  const { status, stdout, stderr } = steiner(grid(150, 50).text, '-', '--memory-limit', '1');
+  assert.equal(status, 1, stdout.slice(0, 100));
+  assert.match(stderr, /^tightwire steiner: -: 1 MiB, which --memory-limit allows, do not hold 22500 vertices and \d+ edges/);
 });
 
 test('of a file with a long name the end is told, with a sign that it was cut, and the line', () => {

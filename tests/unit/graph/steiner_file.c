@@ -94,6 +94,31 @@ static void leaves_out_edges_from_a_vertex_to_itself(void **state)
 	}
 }
 
+/* They stay, for a tree that joins a terminal joins it however often it was listed; but somebody may have mistyped. */
+static void notes_terminals_that_were_listed_before(void **state)
+{
+	static const struct {
+		const char *terminals;
+		uint32_t count, repeated;
+		size_t line;
+	} cases[] = {
+		{"Terminals 2\nT 1\nT 9\n", 2, 0, 0},
+		{"Terminals 3\nT 9\nT 1\nT 9\n", 3, 1, 10},
+		{"Terminals 5\nT 8\nT 8\nT 1\nT 1\nT 8\n", 5, 3, 9},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		struct steiner_file file;
+		struct tw_error error = {0};
+		char text[512];
+		snprintf(text, sizeof text, "SECTION Graph\nNodes 9\nEdges 0\nEND\n\nSECTION Terminals\n%sEND\nEOF\n",
+			 cases[i].terminals);
+		assert_int_equal(read_text(state, &file, text, &error), TW_OK);
+		assert_int_equal(file.terminal_count, cases[i].count);
+		assert_int_equal(file.repeated_count, cases[i].repeated);
+		assert_int_equal(file.repeated_line, cases[i].line);
+	}
+}
+
 /* A mark, line ends and blanks of any kind, keywords in any case. */
 static void reads_a_file_however_its_lines_are_written(void **state)
 {
@@ -205,6 +230,8 @@ static void names_the_line_of_every_mistake(void **state)
 		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nEOF\n", "line 5", "steiner-file-syntax", TW_ERROR_INPUT},
 		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nSECTION Terminals\nTerminals 0\nEND\nEOF\n", "line 8",
 		 "steiner-file-terminals", TW_ERROR_INPUT},
+		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nSECTION Terminals\nEND\n", "line 6", "steiner-file-syntax",
+		 TW_ERROR_INPUT},
 		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nSECTION Terminals\nTerminals 2\nT 1\nEND\n", "line 8",
 		 "steiner-file-count", TW_ERROR_INPUT},
 		{"SECTION Graph\nNodes 1\nEdges 0\nEND\nSECTION Terminals\nTerminals 1\nT 2\n", "line 7",
@@ -261,6 +288,7 @@ int main(void)
 		cmocka_unit_test_setup_teardown(reads_a_pace_file, setup, teardown),
 		cmocka_unit_test_setup_teardown(reads_a_steinlib_file_of_any_case_and_line_end, setup, teardown),
 		cmocka_unit_test_setup_teardown(leaves_out_edges_from_a_vertex_to_itself, setup, teardown),
+		cmocka_unit_test_setup_teardown(notes_terminals_that_were_listed_before, setup, teardown),
 		cmocka_unit_test_setup_teardown(reads_a_file_however_its_lines_are_written, setup, teardown),
 		cmocka_unit_test_setup_teardown(reads_what_a_presolver_took, setup, teardown),
 		cmocka_unit_test_setup_teardown(passes_over_a_tree_decomposition, setup, teardown),
