@@ -76,7 +76,7 @@ static enum tw_status refuse_unit(const struct draft *draft, const struct soup *
 			length * mm);
 	return tw_fail(
 		draft->error, TW_ERROR_INPUT, "mesh-unit", "unit",
-		"the garment is %.4g mm long, which no garment is: the file looks like %s; import it with unit = "
+		"the garment is %.1f mm long, which no garment is: the file looks like %s; import it with unit = "
 		"%s%s%s",
 		length * mm, units[unit].words, units[unit].name, with_pattern ? " and pattern_unit = " : "",
 		with_pattern ? units[unit].name : "");
@@ -95,7 +95,7 @@ enum tw_status draft_check_unit(struct draft *draft, const struct soup *worn, co
 	int other = unit_for(length, usual_least_mm, usual_largest_mm);
 	if (length * mm < small_mm || length * mm > large_mm)
 		warning_add_whole(&draft->report->warnings, "size-unusual",
-				  "the garment is %.4g mm long, which is unusual%s%s; check the unit", length * mm,
+				  "the garment is %.0f mm long, which is unusual%s%s; check the unit", length * mm,
 				  other < UNITS ? ": the file could be in " : "",
 				  other < UNITS ? units[other].words : "");
 	return TW_OK;
@@ -150,7 +150,7 @@ static enum tw_status refuse_pattern_unit(const struct draft *draft, double rati
 		}
 	}
 	return tw_fail(draft->error, TW_ERROR_INPUT, "pattern-scale", place,
-		       "the worn mesh has %.4g mm2, the flat pattern %.4g mm2, which no fabric stretches to; %s",
+		       "the worn mesh has %.2f mm2, the flat pattern %.2f mm2, which no fabric stretches to; %s",
 		       draft->report->worn_area_mm2, draft->report->pattern_area_mm2, hint);
 }
 

@@ -130,7 +130,7 @@ static enum tw_status place_in_piece(const struct placer *placer, uint32_t index
 	locator_find(placer->locator, piece, (struct vec2){terminal->uv_mm[0], terminal->uv_mm[1]}, place);
 	if (place->distance > placer->snap_mm)
 		return fail_at(index, "/uv_mm", "terminal-off-fabric", error,
-			       "the point is %.4g mm off the piece, more than %.4g mm", place->distance,
+			       "the point is %.2f mm off the piece, more than %.4g mm", place->distance,
 			       placer->snap_mm);
 	return TW_OK;
 }
@@ -184,7 +184,7 @@ static enum tw_status find_place(const struct placer *placer, uint32_t index, st
 		place_point(placer->garment, terminal->point_mm, place);
 		if (place->distance > placer->snap_mm)
 			return fail_at(index, "/point_mm", "terminal-off-fabric", error,
-				       "the point is %.4g mm away from the fabric, more than %.4g mm", place->distance,
+				       "the point is %.2f mm away from the fabric, more than %.4g mm", place->distance,
 				       placer->snap_mm);
 		return TW_OK;
 	case TERMINAL_PATTERN:

@@ -57,7 +57,7 @@ enum tw_status motion_check_fit(const struct garment *garment, const float *posi
 	if (moved <= most_growth * worn && worn <= most_growth * moved)
 		return TW_OK;
 	return tw_fail(error, TW_ERROR_INPUT, "motion-does-not-fit", "frame 0",
-		       "in the motion's first frame the garment has %.4g mm2, worn %.4g mm2: %s", moved, worn,
+		       "in the motion's first frame the garment has %.2f mm2, worn %.2f mm2: %s", moved, worn,
 		       advice(sqrt(moved / worn)));
 }
 

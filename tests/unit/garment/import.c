@@ -360,6 +360,7 @@ static void a_wrong_unit_is_named_with_the_right_one(void **state)
 		if (strcmp(f->error.type, rows[i].type) != 0 || length < hint ||
 		    strcmp(f->error.text + length - hint, rows[i].hint) != 0)
 			fail_msg("row %zu: %s: %s", i, f->error.type, f->error.text);
+		assert_null(strstr(f->error.text, "e+0")); /* 2890000 mm2 are no 2.89e+06 */
 		/* The place is the unit that the hint ends with. */
 		if (!strcmp(rows[i].type, "pattern-scale")) {
 			size_t place = strcspn(rows[i].hint, " ");

@@ -464,16 +464,22 @@ static void terminals_that_cannot_be_placed_are_named(void **state)
 {
 	(void)state;
 	static const struct {
-		const char *request, *type, *where;
+		const char *request, *type, *where, *words;
 	} cases[] = {
-		{"{\"terminals\":[{\"vertex\":0},{\"vertex\":861}]}", "terminal-out-of-range", "/terminals/1/vertex"},
+		{"{\"terminals\":[{\"vertex\":0},{\"vertex\":861}]}", "terminal-out-of-range", "/terminals/1/vertex",
+		 ""},
 		{"{\"terminals\":[{\"face\":1600,\"barycentric\":[1,0,0]}]}", "terminal-out-of-range",
-		 "/terminals/0/face"},
-		{"{\"terminals\":[{\"point_mm\":[50,100,21]}]}", "terminal-off-fabric", "/terminals/0/point_mm"},
+		 "/terminals/0/face", ""},
+		{"{\"terminals\":[{\"point_mm\":[50,100,21]}]}", "terminal-off-fabric", "/terminals/0/point_mm",
+		 "is 21.00 mm away"},
+		{"{\"terminals\":[{\"point_mm\":[50,100,-99890]}]}", "terminal-off-fabric", "/terminals/0/point_mm",
+		 "is 99890.00 mm away"},
 		{"{\"terminals\":[{\"piece\":\"front\",\"uv_mm\":[-21,100]}]}", "terminal-off-fabric",
-		 "/terminals/0/uv_mm"},
+		 "/terminals/0/uv_mm", "is 21.00 mm off the piece"},
+		{"{\"terminals\":[{\"piece\":\"front\",\"uv_mm\":[-54321,100]}]}", "terminal-off-fabric",
+		 "/terminals/0/uv_mm", "is 54321.00 mm off the piece"},
 		{"{\"terminals\":[{\"piece\":\"hood\",\"uv_mm\":[1,1]}]}", "terminal-unknown-piece",
-		 "/terminals/0/piece"},
+		 "/terminals/0/piece", ""},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
 		struct bench bench;
@@ -482,6 +488,8 @@ static void terminals_that_cannot_be_placed_are_named(void **state)
 		assert_int_equal(try_compute(&bench, cases[i].request, 1, &error), TW_ERROR_INPUT);
 		assert_string_equal(error.type, cases[i].type);
 		assert_string_equal(error.where, cases[i].where);
+		if (!strstr(error.text, cases[i].words))
+			fail_msg("case %zu: %s", i, error.text);
 		tear_down(&bench);
 	}
 }

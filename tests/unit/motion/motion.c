@@ -269,6 +269,7 @@ static void motion_in_another_unit_or_order_does_not_fit(void **state)
 		frame[i] = (float)position[i] / 10;
 	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
 	assert_string_equal(s->error.type, "motion-does-not-fit");
+	assert_non_null(strstr(s->error.text, "has 0.50 mm2, worn 50.00 mm2"));
 	for (int i = 0; i < 12; i++)
 		frame[i] = (float)position[(i + 3) % 12];
 	assert_int_equal(motion_check_fit(&garment, frame, &s->error), TW_ERROR_INPUT);
