@@ -598,6 +598,12 @@ const char *exchange_key_name(const struct exchange *exchange)
 	return key ? key->name : "-";
 }
 
+const char *exchange_tenant_name(const struct exchange *exchange)
+{
+	const struct access_key *key = exchange->call.caller.key;
+	return key ? key->tenant : "-";
+}
+
 int64_t exchange_until_ms(const struct exchange *exchange)
 {
 	return exchange->call.wait.until_ms;

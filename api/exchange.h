@@ -74,6 +74,7 @@ void exchange_leave(struct exchange *exchange);
 /* For logs and metrics: the row of api_routes, NULL where none matched. */
 const struct route *exchange_route(const struct exchange *exchange);
 const char *exchange_request_id(const struct exchange *exchange);
-const char *exchange_key_name(const struct exchange *exchange); /* "-": none, or not let in */
+const char *exchange_key_name(const struct exchange *exchange);    /* "-": none, or not let in */
+const char *exchange_tenant_name(const struct exchange *exchange); /* the key's; likewise */
 
 #endif

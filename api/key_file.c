@@ -35,6 +35,7 @@ static enum tw_status add_key(struct list *list, const char *name, const uint8_t
 	struct access_key *key = &list->keys[list->count++];
 	*key = (struct access_key){.owner = {0, number_of(name)}, .scopes = KEY_SCOPES_ALL};
 	memcpy(key->hash, hash, SECRET_HASH_SIZE);
+	snprintf(key->tenant, sizeof key->tenant, "default");
 	snprintf(key->name, sizeof key->name, "%s", name);
 	return TW_OK;
 }

@@ -58,6 +58,7 @@ static void read_key(struct sql *q, struct access_key *key)
 	key->limits.requests_per_min = sql_int(q);
 	key->limits.queued_jobs = sql_int(q);
 	key->limits.stored_bytes = sql_int(q);
+	sql_copy_text(q, key->tenant, sizeof key->tenant);
 	sql_copy_text(q, key->name, sizeof key->name);
 }
 
@@ -67,7 +68,7 @@ static enum tw_status read_keys(struct store *store, struct access *access, stru
 	struct sql q = sql_query(
 		store,
 		"SELECT secret.hash, k.tenant, k.number, t.salt, k.scopes, k.weight, k.expires_ms, secret.until_ms,"
-		" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, k.name"
+		" k.requests_per_s, k.requests_per_min, k.queued_jobs, k.stored_bytes, t.name, k.name"
 		" FROM api_key_secret secret JOIN api_key k ON k.number = secret.key"
 		" JOIN tenant t ON t.number = k.tenant"
 		" WHERE k.revoked_ms = 0 AND t.name IS NOT NULL ORDER BY secret.hash");

@@ -17,7 +17,7 @@ struct access_key {
 	uint32_t weight;  /* of its jobs in the queue; 0: as usual */
 	int64_t until_ms; /* since 1970; 0: for ever */
 	struct key_limits limits;
-	char name[KEY_NAME_SIZE]; /* for the log */
+	char tenant[TENANT_NAME_SIZE], name[KEY_NAME_SIZE]; /* for the log */
 };
 
 struct access {

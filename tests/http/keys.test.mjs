@@ -148,7 +148,7 @@ test('a secret is told once: neither the store, nor the log, nor any answer has 
       for (const told of [root, secret, rotated.json.secret]) assert.ok(!bytes.includes(told), name);
     }
     assert.ok(!service.log.includes('twk_'));
-    assert.match(service.log, / request .* key=root /);
+    assert.match(service.log, / request .* tenant=default key=root /);
   });
 });
 
@@ -363,6 +363,21 @@ test('a key file that others may use is refused, with what to do', () => {
   folder.remove();
 });
 
+test('the log tells whose a request was, one that deletes a tenant too', async () => {
+  await withKeys({}, async ({ service, make }) => {
+    for (const tenant of ['mill', 'weaver']) {
+      const secret = make('mes', '--tenant', tenant, '--scopes', 'read,admin');
+      await until('it is let in', async () => (await status(service, secret)) === 200);
+      const headers = { 'confirm-delete': tenant, ...bearer(secret) };
+      assert.equal((await service.request('DELETE', '/v1/tenant', { headers })).status, 202);
+      const line = new RegExp(` request .* tenant=${tenant} key=mes method=DELETE route="/v1/tenant" status=202 `);
+      await until('it stands in the log', () => line.test(service.log), 10);
+    }
+    assert.equal(await status(service, 'nobody'), 401);
+    await until('a stranger stands in it', () => / request .* tenant=- key=- .* status=401 /.test(service.log), 10);
+  });
+});
+
 test('keys of the file and of the store are good side by side', async () => {
   const folder = temporaryFolder();
   const file = join(folder.path, 'keys');
@@ -373,6 +388,7 @@ test('keys of the file and of the store are good side by side', async () => {
     const own = bearer(made.stderr.trim());
     const { json } = await service.get('/v1/tenant', { headers: own });
     assert.deepEqual(json, { name: 'default', scopes: ['read', 'submit', 'rig', 'admin'], key: null });
+    await until('the log names it', () => / request .* tenant=default key=studio /.test(service.log), 10);
     assert.equal((await service.post('/v1/keys', { name: 'more', scopes: ['read'] }, own)).status, 201);
   });
   folder.remove();

@@ -91,10 +91,10 @@ static void log_request(const struct http_connection *c, bool is_complete)
 	status = status ? status : STATUS_CLIENT_GONE;
 	metrics_count_request(c->context->metrics, route, status, seconds);
 	log_event(LOG_LEVEL_INFO, "request",
-		  "id=%s peer=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
-		  exchange_request_id(c->exchange), c->peer, exchange_key_name(c->exchange),
-		  c->head.method ? c->head.method : "", route ? route->path : "", status, seconds * 1e3,
-		  (unsigned long long)c->received, is_complete ? "" : " aborted=true");
+		  "id=%s peer=%s tenant=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
+		  exchange_request_id(c->exchange), c->peer, exchange_tenant_name(c->exchange),
+		  exchange_key_name(c->exchange), c->head.method ? c->head.method : "", route ? route->path : "",
+		  status, seconds * 1e3, (unsigned long long)c->received, is_complete ? "" : " aborted=true");
 }
 
 static void end_request(struct http_connection *c, bool is_complete)

@@ -475,10 +475,10 @@ static void log_request(const struct http_request *request, double seconds, enum
 {
 	const struct route *route = exchange_route(request->exchange);
 	log_event(LOG_LEVEL_INFO, "request",
-		  "id=%s peer=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
-		  exchange_request_id(request->exchange), request->link->peer, exchange_key_name(request->exchange),
-		  request->method, route ? route->path : "", request->status, seconds * 1e3,
-		  (unsigned long long)request->received,
+		  "id=%s peer=%s tenant=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
+		  exchange_request_id(request->exchange), request->link->peer, exchange_tenant_name(request->exchange),
+		  exchange_key_name(request->exchange), request->method, route ? route->path : "", request->status,
+		  seconds * 1e3, (unsigned long long)request->received,
 		  code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "" : " aborted=true");
 }
 
