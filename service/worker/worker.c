@@ -161,6 +161,16 @@ static enum tw_status compute(struct worker *worker, enum job_kind kind, struct 
 		       worker->name);
 }
 
+/* The solver knows no flags. What the job would need is not known before it is tried. */
+static void explain_memory(size_t memory_limit, struct tw_error *failure)
+{
+	if (memory_limit && failure->type && !strcmp(failure->type, "out-of-memory"))
+		snprintf(failure->text, sizeof failure->text,
+			 "the job does not fit into the %zu MiB that a worker may take; the service's operator can "
+			 "allow more (--worker-memory-mib of serve, --memory-mib of worker)",
+			 memory_limit >> 20);
+}
+
 /* The store, not the job. Bytes that are damaged will be so the next time. */
 static bool is_the_stores(const struct tw_error *failure)
 {
@@ -265,6 +275,8 @@ static void run_job(struct worker *worker, const struct job_ticket *ticket)
 				      ticket->resource_id[0] ? kind->resource : kind->subject, id, &resource, &failure);
 	if (status == TW_OK)
 		status = compute(worker, ticket->kind, &work, &failure);
+	if (status == TW_ERROR_MEMORY)
+		explain_memory(worker->settings->memory_limit, &failure);
 	end_job(worker, ticket, &work.result, status, &failure);
 	if (work.later)
 		work.later(&work);

@@ -382,6 +382,25 @@ static void a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives(void
 	assert_int_equal(end_worker(worker, SIGTERM), 0);
 }
 
+static void a_job_that_runs_out_of_memory_tells_what_to_raise(void **state)
+{
+	struct fixture *f = *state;
+	char mesh[STORE_ID_SIZE];
+	char *square = square_obj(), *text = NULL;
+	/* The file fits into the arena's 704 KiB, and leaves too little for the garment. */
+	assert_true(asprintf(&text, "%*s%s", 500 << 10, "\n", square) > 0);
+	create_mesh(f, text, mesh);
+	free(square);
+	free(text);
+	pid_t worker = start_worker(f, "w", "--memory-mib=1");
+	wait_for(f,
+		 "SELECT count(*) > 0 FROM job_attempt WHERE failure_type = 'out-of-memory' AND failure_text LIKE '% 1 "
+		 "MiB "
+		 "%--worker-memory-mib%'",
+		 1);
+	assert_int_equal(end_worker(worker, SIGTERM), 0);
+}
+
 static void the_shares_of_the_memory_make_its_whole(void **state)
 {
 	(void)state;
@@ -610,6 +629,7 @@ int main(void)
 		WORKER_TEST(a_drawing_is_made_when_it_is_asked_for),
 		WORKER_TEST(frames_are_kept_as_asked),
 		WORKER_TEST(a_bad_file_fails_at_once_with_its_place),
+		WORKER_TEST(a_job_that_runs_out_of_memory_tells_what_to_raise),
 		WORKER_TEST(a_job_too_large_for_the_memory_limit_fails_and_the_worker_lives),
 		cmocka_unit_test(the_shares_of_the_memory_make_its_whole),
 		WORKER_TEST(what_fits_does_not_depend_on_what_a_cache_holds),
