@@ -76,7 +76,7 @@ struct http_connection *http_connection_new(struct http_context *context, int so
 	c->context = context;
 	c->socket = socket;
 	c->address = address;
-	c->relay.socket = -1;
+	c->relay = RELAY_NONE;
 	snprintf(c->peer, sizeof c->peer, "%s", peer);
 	enter(c, CONNECTION_IDLE, now_us() / 1000);
 	return c;

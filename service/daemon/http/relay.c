@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -98,21 +99,29 @@ bool relay_open(struct relay *relay, struct engine *engine, const struct head *h
 {
 	struct engine_link *link = NULL;
 	int socket = engine_connect(engine, peer, &link);
-	*relay = (struct relay){.socket = socket, .link = link};
+	*relay = (struct relay){.socket = socket, .watcher = -1, .link = link};
 	relay->is_head = !strcmp(head->method, "HEAD");
 	return relay->socket >= 0 && add_head(&relay->up, head);
+}
+
+void relay_unwatch(struct relay *relay)
+{
+	if (relay->watcher >= 0)
+		epoll_ctl(relay->watcher, EPOLL_CTL_DEL, relay->socket, NULL);
+	relay->watcher = -1;
 }
 
 void relay_close(struct relay *relay)
 {
 	if (relay->socket >= 0) {
+		relay_unwatch(relay);
 		close(relay->socket);
 		engine_unlink(relay->link);
 	}
 	clear(&relay->up);
 	clear(&relay->down);
 	clear(&relay->head);
-	*relay = (struct relay){.socket = -1};
+	*relay = RELAY_NONE;
 }
 
 bool relay_put(struct relay *relay, const struct head *head, const char *data, size_t size)

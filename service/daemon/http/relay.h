@@ -14,9 +14,10 @@ struct pending {
 	size_t start, end, capacity;
 };
 
-/* Starts as {.socket = -1}. */
+/* Starts as RELAY_NONE. */
 struct relay {
-	int socket; /* owned; -1 while there is no request */
+	int socket;  /* owned; -1 while there is no request */
+	int watcher; /* the epoll instance that its owner has told of the socket; -1: none */
 	struct engine_link *link;
 	struct pending up, down;
 	bool is_shut; /* the engine takes nothing any more */
@@ -30,11 +31,17 @@ struct relay {
 	uint64_t left; /* of its body, where that has a length */
 };
 
+#define RELAY_NONE ((struct relay){.socket = -1, .watcher = -1})
+
 enum relay_outcome { RELAY_CLEAR, RELAY_BLOCKED, RELAY_SHUT };
 
 /* False when there is no room in the engine, or out of memory. */
 bool relay_open(struct relay *relay, struct engine *engine, const struct head *head, const char *peer);
 void relay_close(struct relay *relay);
+
+/* The watcher knows the socket no more. Closing it is not enough for that: a process that is just being started holds a
+ * copy of it for a moment, and epoll goes on telling of that. */
+void relay_unwatch(struct relay *relay);
 
 /* Hands on data of the body, or its end. False when out of memory. */
 bool relay_put(struct relay *relay, const struct head *head, const char *data, size_t size);

@@ -31,9 +31,8 @@ struct client {
 	uint64_t address;
 	bool is_known; /* to epoll, with `events` */
 	unsigned events;
-	int relay; /* the relay's socket that epoll knows, with `relay_events`; -1 for none */
-	unsigned relay_events;
-	bool is_dead; /* to be freed when the events at hand have been seen to */
+	unsigned relay_events; /* that epoll knows of the relay, where it has a watcher */
+	bool is_dead;          /* to be freed when the events at hand have been seen to */
 };
 
 struct loop {
@@ -124,10 +123,8 @@ static void leave(struct loop *loop, struct client *client)
 {
 	if (client->is_known)
 		epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->connection->socket, NULL);
-	if (client->relay >= 0 && client->relay == client->connection->relay.socket)
-		epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->relay, NULL);
+	relay_unwatch(&client->connection->relay);
 	client->is_known = false;
-	client->relay = -1;
 	for (int i = 0; i < loop->batch_size; i++)
 		if (loop->batch[i].data.ptr == client)
 			loop->batch[i].data.ptr = NULL;
@@ -197,13 +194,16 @@ static bool tell_epoll(struct loop *loop, int socket, struct client *client, boo
 static void listen_to(struct loop *loop, struct client *client)
 {
 	struct http_connection *c = client->connection;
-	int relay = c->phase == CONNECTION_RELAYING && c->relay_events ? c->relay.socket : -1;
-	bool is_relay_known = relay >= 0 && client->relay == relay;
-	if (client->relay >= 0 && client->relay != relay && client->relay == c->relay.socket)
-		epoll_ctl(loop->epoll, EPOLL_CTL_DEL, client->relay, NULL);
-	client->relay = relay;
-	if (!tell_epoll(loop, c->socket, client, &client->is_known, &client->events, c->events) ||
-	    (relay >= 0 && !tell_epoll(loop, relay, client, &is_relay_known, &client->relay_events, c->relay_events)))
+	struct relay *relay = &c->relay;
+	bool is_relay_known = relay->watcher >= 0, is_wanted = c->phase == CONNECTION_RELAYING && c->relay_events;
+	bool goes = tell_epoll(loop, c->socket, client, &client->is_known, &client->events, c->events);
+	if (!is_wanted)
+		relay_unwatch(relay);
+	else if (goes)
+		goes = tell_epoll(loop, relay->socket, client, &is_relay_known, &client->relay_events, c->relay_events);
+	if (is_wanted && is_relay_known)
+		relay->watcher = loop->epoll;
+	if (!goes)
 		drop(loop, client);
 }
 
@@ -298,7 +298,6 @@ static void welcome(struct loop *front, int socket, const struct sockaddr_storag
 		return;
 	}
 	client->address = key;
-	client->relay = -1;
 	client->connection->excuse = find_excuse(front, address_add(server->addresses, key));
 	struct client *oldest =
 		client->connection->excuse && front->excused_count >= HTTP_RESERVE ? find_excused(front) : NULL;

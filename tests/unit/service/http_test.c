@@ -1,7 +1,8 @@
-/* What the HTTP server reads, without a socket: heads, chunks and addresses. */
+/* What the HTTP server reads, without a client: heads, chunks and addresses; and what a relay leaves behind. */
 #include "service/daemon/http/address.h"
 #include "service/daemon/http/chunk.h"
 #include "service/daemon/http/head.h"
+#include "service/daemon/http/relay.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -10,6 +11,9 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -204,6 +208,25 @@ static void an_ipv6_client_counts_by_its_network(void **state)
 	assert_true(key_of("::1", shown) != 0 && key_of("0.0.0.0", shown) != 0);
 }
 
+/* A worker that is being started holds copies of all descriptors until it has become another program. */
+static void nobody_is_told_of_a_relay_that_is_closed(void **state)
+{
+	(void)state;
+	int pair[2], epoll = epoll_create1(0);
+	struct epoll_event event = {.events = EPOLLIN}, told;
+	assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
+	assert_int_equal(epoll_ctl(epoll, EPOLL_CTL_ADD, pair[0], &event), 0);
+	struct relay relay = RELAY_NONE;
+	relay.socket = pair[0];
+	relay.watcher = epoll;
+	const int copy = dup(pair[0]);
+	relay_close(&relay);
+	close(pair[1]);
+	assert_int_equal(epoll_wait(epoll, &told, 1, 0), 0);
+	close(copy);
+	close(epoll);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -216,6 +239,7 @@ int main(void)
 		cmocka_unit_test(a_chunk_that_says_more_than_64_bits_is_broken),
 		cmocka_unit_test(connections_are_counted_by_address),
 		cmocka_unit_test(an_ipv6_client_counts_by_its_network),
+		cmocka_unit_test(nobody_is_told_of_a_relay_that_is_closed),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
