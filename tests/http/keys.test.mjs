@@ -101,6 +101,7 @@ test('who may only read ends no job by closing its stream', async () => {
       const stream = await fetch(service.url + events + query, { headers: bearer(secret) });
       assert.equal(stream.status, 200);
       await stream.body.cancel();
+      await until('it has left', async () => /tightwire_http_held 0$/m.test((await service.get('/metrics', { headers: bearer(reads) })).text));
       await until(`it is ${state}`, async () => (await service.get(`/v1/jobs/${json.job.id}`, { headers: bearer(reads) })).json.state === state, 10);
     }
   });
