@@ -147,7 +147,7 @@ static void a_client_with_many_groups_has_one_turn(void **state)
 {
 	struct fixture *f = *state;
 	for (int i = 0; i < 20; i++) {
-		char group[16];
+		char group[32];
 		snprintf(group, sizeof group, "order-%d", i);
 		ORDER(f, 1, .group = group);
 		ORDER(f, 2, .priority = 0);
@@ -763,7 +763,7 @@ static void emptied_lanes_hide_nothing(void **state)
 	struct fixture *f = *state;
 	struct bulk_progress progress = {0};
 	for (int i = 0; i < 150; i++) {
-		char group[16];
+		char group[32];
 		snprintf(group, sizeof group, "order-%d", i);
 		ORDER(f, i, .group = group);
 	}

@@ -198,7 +198,7 @@ static void fill(struct fixture *f, int64_t tenant)
 	struct upload *upload = NULL;
 	create_for(f, tenant, RESOURCE_MESH, "v 1", NULL, &mesh);
 	for (int i = 0; i < 40; i++) {
-		char text[16];
+		char text[32];
 		snprintf(text, sizeof text, "frame %d", i);
 		create_for(f, tenant, RESOURCE_MOTION, text, mesh.id, &motion);
 		create_for(f, tenant, RESOURCE_LAYOUT, NULL, motion.id, &layout);
