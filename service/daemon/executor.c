@@ -5,20 +5,48 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+/* A thread that has nothing to do. */
+struct idler {
+	pthread_cond_t called;
+	bool is_called;
+	struct idler *below;
+};
+
+/* Who became idle last is called first: then as many threads as there is work for have connections to the store, caches
+ * and heaps that grow, and the others sleep. */
 struct executor {
 	pthread_mutex_t mutex;
-	pthread_cond_t changed;
+	struct idler *idle; /* borrowed from the stacks of the threads */
 	struct task *first, *last;
 	bool ending;
 	unsigned count;
 	pthread_t threads[]; /* [count] */
 };
 
-static struct task *take(struct executor *executor)
+/* With the mutex. */
+static void call(struct executor *executor)
+{
+	struct idler *idler = executor->idle;
+	executor->idle = idler->below;
+	idler->is_called = true;
+	pthread_cond_signal(&idler->called);
+}
+
+/* With the mutex. */
+static void idle(struct executor *executor, struct idler *idler)
+{
+	idler->is_called = false;
+	idler->below = executor->idle;
+	executor->idle = idler;
+	while (!idler->is_called)
+		pthread_cond_wait(&idler->called, &executor->mutex);
+}
+
+static struct task *take(struct executor *executor, struct idler *idler)
 {
 	pthread_mutex_lock(&executor->mutex);
 	while (!executor->first && !executor->ending)
-		pthread_cond_wait(&executor->changed, &executor->mutex);
+		idle(executor, idler);
 	struct task *task = executor->first;
 	if (task)
 		executor->first = task->next;
@@ -28,8 +56,11 @@ static struct task *take(struct executor *executor)
 
 static void *work(void *context)
 {
-	for (struct task *task; (task = take(context));)
+	struct idler idler = {.is_called = false};
+	pthread_cond_init(&idler.called, NULL);
+	for (struct task *task; (task = take(context, &idler));)
 		task->run(task);
+	pthread_cond_destroy(&idler.called);
 	return NULL;
 }
 
@@ -42,7 +73,8 @@ void executor_run(struct executor *executor, struct task *task)
 	else
 		executor->first = task;
 	executor->last = task;
-	pthread_cond_signal(&executor->changed);
+	if (executor->idle)
+		call(executor);
 	pthread_mutex_unlock(&executor->mutex);
 }
 
@@ -64,7 +96,6 @@ enum tw_status executor_new(struct executor **executor, unsigned threads, struct
 	if (!made)
 		return tw_fail_memory(error);
 	pthread_mutex_init(&made->mutex, NULL);
-	pthread_cond_init(&made->changed, NULL);
 	start(made, threads);
 	if (made->count == 0) {
 		executor_free(made);
@@ -80,11 +111,11 @@ void executor_free(struct executor *executor)
 		return;
 	pthread_mutex_lock(&executor->mutex);
 	executor->ending = true;
-	pthread_cond_broadcast(&executor->changed);
+	while (executor->idle)
+		call(executor);
 	pthread_mutex_unlock(&executor->mutex);
 	for (unsigned i = 0; i < executor->count; i++)
 		pthread_join(executor->threads[i], NULL);
-	pthread_cond_destroy(&executor->changed);
 	pthread_mutex_destroy(&executor->mutex);
 	free(executor);
 }
