@@ -61,6 +61,17 @@ static enum tw_status sort_rows(struct primal_span *span, struct arena *arena)
 	return TW_OK;
 }
 
+/* Arcs of one vertex, at most: more than there are vertices where edges are parallel. */
+static uint32_t most_arcs(const struct instance *instance)
+{
+	uint32_t most = 0;
+	for (uint32_t v = 0; v < instance->vertex_count; v++) {
+		const uint32_t count = instance->first[v + 1] - instance->first[v];
+		most = count > most ? count : most;
+	}
+	return most;
+}
+
 enum tw_status primal_span_init(struct primal_span *span, struct arena *arena, struct search *search)
 {
 	const size_t n = search->instance.vertex_count, arcs = 2 * (size_t)search->instance.edge_count;
@@ -74,7 +85,7 @@ enum tw_status primal_span_init(struct primal_span *span, struct arena *arena, s
 		.parent = ARENA_ARRAY(arena, n, uint32_t),
 		.degree = ARENA_ZEROED(arena, n, uint32_t),
 		.link = ARENA_ARRAY(arena, n, uint32_t),
-		.own = ARENA_ARRAY(arena, n, uint32_t),
+		.own = ARENA_ARRAY(arena, most_arcs(&search->instance), uint32_t),
 		.kept = ARENA_ARRAY(arena, n, uint32_t),
 		.best = ARENA_ARRAY(arena, n, uint32_t),
 		.is_frozen = ARENA_ZEROED(arena, n, uint8_t),

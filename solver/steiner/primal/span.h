@@ -22,7 +22,7 @@ struct primal_span {
 	uint32_t *parent; /* [vertex_count] union-find */
 	uint32_t *degree; /* [vertex_count] */
 	uint32_t *link;   /* [vertex_count] lightest arc out of a component */
-	uint32_t *own;    /* [vertex_count] arcs from the vertex that comes in */
+	uint32_t *own;    /* [arcs of a vertex at most] arcs from the vertex that comes in */
 
 	/* Detours. */
 	uint8_t *is_frozen; /* [vertex_count] moves leave the vertex as it is */
