@@ -20,19 +20,15 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 {
 	struct request *request = context;
 	request->url = getenv("TIGHTWIRE_STORE");
-	for (int i = 1; i < argc; i++) {
-		bool taken = false;
-		enum tw_status status =
-			command_take_text("--store", "a store", &request->url, argc, argv, &i, &taken, error);
-		if (status == TW_OK && !taken)
-			status = command_take_text("--out", "a file", &request->path, argc, argv, &i, &taken, error);
-		if (status != TW_OK)
-			return status;
-		*help = *help || !strcmp(argv[i], "--help");
-		if (!taken && !*help)
-			return command_refuse(argv[i], (const char *const[]){"--store", "--out", "--help", NULL},
-					      (const struct option_table *const[]){NULL}, error);
-	}
+	const struct command_flag flags[] = {
+		{"--store", "a store", &request->url, NULL},
+		{"--out", "a file", &request->path, NULL},
+		{NULL, NULL, NULL, NULL},
+	};
+	const enum tw_status status =
+		command_take_all(flags, (const char *const[]){NULL}, NULL, argc, argv, help, error);
+	if (status != TW_OK)
+		return status;
 	if (!*help && (!request->url || !request->path))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--store and --out are needed; see --help");
 	return TW_OK;

@@ -5,6 +5,7 @@
 #include "solver/names.h"
 #include "solver/option.h"
 
+#include <assert.h>
 #include <string.h>
 
 static int fail(const struct command_steps *steps, const struct tw_error *error, int code)
@@ -104,4 +105,65 @@ enum tw_status command_refuse(const char *argument, const char *const *texts, co
 		flags[count++] = flag_of(names[i], text[i], sizeof text[i]);
 	snprintf(given, sizeof given, "%.*s", (int)strcspn(argument, "="), argument);
 	return names_refuse(&(struct names){flags, count}, "flag", given, "usage", NULL, error);
+}
+
+static enum tw_status take_flag(const struct command_flag *flags, int argc, char **argv, int *i, bool *taken,
+				struct tw_error *error)
+{
+	for (; flags->name; flags++) {
+		enum tw_status status = TW_OK;
+		if (flags->text)
+			status = command_take_text(flags->name, flags->what, flags->text, argc, argv, i, taken, error);
+		else
+			*taken = !strcmp(argv[*i], flags->name);
+		if (*taken && flags->is_given)
+			*flags->is_given = true;
+		if (*taken || status != TW_OK)
+			return status;
+	}
+	return TW_OK;
+}
+
+/* Where the word stands in the list, -1: nowhere. */
+static int find_word(const char *const *list, const char *word)
+{
+	for (int i = 0; list[i]; i++)
+		if (!strcmp(list[i], word))
+			return i;
+	return -1;
+}
+
+static enum tw_status refuse_argument(const struct command_flag *flags, const char *argument, struct tw_error *error)
+{
+	const char *names[COMMAND_FLAGS_MAX + 2];
+	size_t count = 0;
+	for (; flags->name; flags++) {
+		assert(count < COMMAND_FLAGS_MAX);
+		names[count++] = flags->name;
+	}
+	names[count++] = "--help";
+	names[count] = NULL;
+	return command_refuse(argument, names, (const struct option_table *const[]){NULL}, error);
+}
+
+enum tw_status command_take_all(const struct command_flag *flags, const char *const *verbs, int *verb, int argc,
+				char **argv, bool *help, struct tw_error *error)
+{
+	bool has_verb = false;
+	for (int i = 1; i < argc; i++) {
+		bool taken = false;
+		const int word = has_verb ? -1 : find_word(verbs, argv[i]);
+		if (word >= 0) {
+			has_verb = true;
+			*verb = word;
+			continue;
+		}
+		const enum tw_status status = take_flag(flags, argc, argv, &i, &taken, error);
+		if (status != TW_OK)
+			return status;
+		*help = *help || !strcmp(argv[i], "--help");
+		if (!taken && !*help)
+			return refuse_argument(flags, argv[i], error);
+	}
+	return TW_OK;
 }

@@ -49,6 +49,21 @@ int command_run(const struct command_steps *steps, void *session, int argc, char
 enum tw_status command_take_text(const char *flag, const char *what, const char **value, int argc, char **argv,
 				 int *index, bool *taken, struct tw_error *error) TW_NODISCARD;
 
+/* A flag of a command without option tables. */
+struct command_flag {
+	const char *name;  /* with its dashes */
+	const char *what;  /* the value is: "a store"; as command_take_text */
+	const char **text; /* is set; NULL: it takes no value */
+	bool *is_given;    /* is set; may be NULL where there is a text */
+};
+
+enum { COMMAND_FLAGS_MAX = 32 };
+
+/* Takes all arguments: flags, --help, and at most one of the words `verbs`, whose index is *verb then (else it stays).
+ * Both lists end with NULL. */
+enum tw_status command_take_all(const struct command_flag *flags, const char *const *verbs, int *verb, int argc,
+				char **argv, bool *help, struct tw_error *error) TW_NODISCARD;
+
 /* The error for an argument that no one takes: a flag that is none is told which flags there are. `texts`: those that
  * command_take_text takes, with their dashes; both lists end with NULL. */
 enum tw_status command_refuse(const char *argument, const char *const *texts, const struct option_table *const *tables,

@@ -10,18 +10,16 @@
 #include <string.h>
 #include <time.h>
 
+enum { VERB_CREATE, VERB_LIST, VERB_ROTATE, VERB_REVOKE };
+static const char *const verbs[] = {"create", "list", "rotate", "revoke", NULL};
+
 struct request {
-	const struct verb *verb;
+	int verb; /* -1: none */
 	/* Flags, borrowed; NULL where they are not given. */
 	const char *url, *tenant, *name, *scopes, *expires, *overlap;
 	const char *weight, *requests_per_s, *requests_per_min, *queued_jobs, *stored_bytes;
 	bool as_json;
 	struct store *store; /* owned */
-};
-
-struct verb {
-	const char *name;
-	enum tw_status (*run)(struct request *request, struct tw_error *error);
 };
 
 /* --- what is printed -------------------------------------------------------------------------------------------- */
@@ -243,9 +241,6 @@ static enum tw_status list(struct request *request, struct tw_error *error)
 	return status;
 }
 
-static const struct verb verbs[] = {{"create", create}, {"list", list}, {"rotate", rotate}, {"revoke", revoke}};
-enum { VERBS = sizeof verbs / sizeof *verbs };
-
 /* --- arguments -------------------------------------------------------------------------------------------------- */
 
 static void print_help(void)
@@ -273,70 +268,20 @@ static void print_help(void)
 	       "  --json                  JSON on standard output\n");
 }
 
-static const struct verb *find_verb(const char *word)
-{
-	for (size_t i = 0; i < VERBS; i++)
-		if (!strcmp(verbs[i].name, word))
-			return &verbs[i];
-	return NULL;
-}
-
-static const char *const flags[] = {"--store",
-				    "--tenant",
-				    "--name",
-				    "--scopes",
-				    "--expires",
-				    "--overlap",
-				    "--weight",
-				    "--requests-per-s",
-				    "--requests-per-min",
-				    "--queued-jobs",
-				    "--stored-bytes",
-				    "--json",
-				    "--help",
-				    NULL};
-
-static enum tw_status take_flag(struct request *request, int argc, char **argv, int *i, bool *taken,
-				struct tw_error *error)
-{
-	const struct {
-		const char *flag, *what;
-		const char **value;
-	} rows[] = {
-		{"--store", "a store", &request->url},
-		{"--tenant", "a tenant", &request->tenant},
-		{"--name", "a name", &request->name},
-		{"--scopes", "a list of scopes", &request->scopes},
-		{"--expires", "a day or a time", &request->expires},
-		{"--overlap", "a time", &request->overlap},
-		{"--weight", "a number", &request->weight},
-		{"--requests-per-s", "a number", &request->requests_per_s},
-		{"--requests-per-min", "a number", &request->requests_per_min},
-		{"--queued-jobs", "a number", &request->queued_jobs},
-		{"--stored-bytes", "a number", &request->stored_bytes},
-	};
-	enum tw_status status = TW_OK;
-	*taken = !strcmp(argv[*i], "--json");
-	request->as_json = request->as_json || *taken;
-	for (size_t k = 0; status == TW_OK && !*taken && k < sizeof rows / sizeof *rows; k++)
-		status = command_take_text(rows[k].flag, rows[k].what, rows[k].value, argc, argv, i, taken, error);
-	return status;
-}
-
 /* What the verb has no use for would be ignored. */
 static enum tw_status check_flags(const struct request *request, struct tw_error *error)
 {
-	bool makes = request->verb->run == create;
+	bool makes = request->verb == VERB_CREATE;
 	bool has_draft = request->scopes || request->weight || request->expires || request->requests_per_s ||
 			 request->requests_per_min || request->queued_jobs || request->stored_bytes;
 	if (has_draft && !makes)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
 			       "scopes, expiry, weight and limits are given to create; a key keeps them");
-	if (request->overlap && request->verb->run != rotate)
+	if (request->overlap && request->verb != VERB_ROTATE)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", "--overlap", "is a flag of rotate");
-	if (request->name && request->verb->run == list)
+	if (request->name && request->verb == VERB_LIST)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", "--name", "is no flag of list");
-	if (!request->name && request->verb->run != list)
+	if (!request->name && request->verb != VERB_LIST)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--name is needed; see --help");
 	if (!request->url)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "--store is needed; see --help");
@@ -347,35 +292,41 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 {
 	struct request *request = context;
 	request->url = getenv("TIGHTWIRE_STORE");
-	for (int i = 1; i < argc; i++) {
-		bool taken = false;
-		enum tw_status status = TW_OK;
-		if (!request->verb && argv[i][0] != '-')
-			taken = (request->verb = find_verb(argv[i])) != NULL;
-		else
-			status = take_flag(request, argc, argv, &i, &taken, error);
-		if (status != TW_OK)
-			return status;
-		*help = *help || !strcmp(argv[i], "--help");
-		if (!taken && !*help)
-			return command_refuse(argv[i], flags, (const struct option_table *const[]){NULL}, error);
-	}
-	if (!*help && !request->verb)
+	const struct command_flag flags[] = {
+		{"--store", "a store", &request->url, NULL},
+		{"--tenant", "a tenant", &request->tenant, NULL},
+		{"--name", "a name", &request->name, NULL},
+		{"--scopes", "a list of scopes", &request->scopes, NULL},
+		{"--expires", "a day or a time", &request->expires, NULL},
+		{"--overlap", "a time", &request->overlap, NULL},
+		{"--weight", "a number", &request->weight, NULL},
+		{"--requests-per-s", "a number", &request->requests_per_s, NULL},
+		{"--requests-per-min", "a number", &request->requests_per_min, NULL},
+		{"--queued-jobs", "a number", &request->queued_jobs, NULL},
+		{"--stored-bytes", "a number", &request->stored_bytes, NULL},
+		{"--json", NULL, NULL, &request->as_json},
+		{NULL, NULL, NULL, NULL},
+	};
+	const enum tw_status status = command_take_all(flags, verbs, &request->verb, argc, argv, help, error);
+	if (status != TW_OK || *help)
+		return status;
+	if (request->verb < 0)
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "say create, list, rotate or revoke; see --help");
-	return *help ? TW_OK : check_flags(request, error);
+	return check_flags(request, error);
 }
 
 static enum tw_status run(void *context, struct tw_error *error)
 {
+	static enum tw_status (*const works[])(struct request *, struct tw_error *) = {create, list, rotate, revoke};
 	struct request *request = context;
 	enum tw_status status = store_open_existing(&request->store, request->url, error);
 	/* A new store may get its keys before the first service listens to others. */
-	if (status == TW_ERROR_NOT_FOUND && request->verb->run == create) {
+	if (status == TW_ERROR_NOT_FOUND && request->verb == VERB_CREATE) {
 		status = store_open(&request->store, request->url, error);
 		if (status == TW_OK)
 			fprintf(stderr, "the store %s is new\n", request->url);
 	}
-	return status == TW_OK ? request->verb->run(request, error) : status;
+	return status == TW_OK ? works[request->verb](request, error) : status;
 }
 
 static void clear(void *context)
@@ -386,9 +337,17 @@ static void clear(void *context)
 
 /* --- the key file ----------------------------------------------------------------------------------------------- */
 
+static bool is_verb(const char *word)
+{
+	for (const char *const *verb = verbs; *verb; verb++)
+		if (!strcmp(*verb, word))
+			return true;
+	return false;
+}
+
 static bool is_file_name(const char *word)
 {
-	return word[0] && word[0] != '-' && word[0] != '#' && !strpbrk(word, " \t\r\n") && !find_verb(word);
+	return word[0] && word[0] != '-' && word[0] != '#' && !strpbrk(word, " \t\r\n") && !is_verb(word);
 }
 
 static int print_line(const char *name)
@@ -410,6 +369,6 @@ static int print_line(const char *name)
 int command_key(int argc, char **argv)
 {
 	static const struct command_steps steps = {"key", print_help, parse, run, clear};
-	struct request request = {0};
+	struct request request = {.verb = -1};
 	return argc == 2 && is_file_name(argv[1]) ? print_line(argv[1]) : command_run(&steps, &request, argc, argv);
 }

@@ -4,12 +4,15 @@
 #include "storage/sweep.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { UPLOAD_AGE_MS = 3600000 }; /* as the daemon: what is being uploaded to others stays */
 
+enum { VERB_LIST, VERB_DELETE };
+static const char *const verbs[] = {"list", "delete", NULL};
+
 struct request {
-	const char *url, *verb, *name; /* borrowed */
+	const char *url, *name; /* borrowed */
+	int verb;               /* -1: none */
 	bool is_sure;
 	struct store *store; /* owned */
 };
@@ -56,22 +59,23 @@ static enum tw_status sweep(struct store *store, struct tw_error *error)
 	return status;
 }
 
-static enum tw_status delete (struct request *request, struct tw_error *error) {
-	if (!request->is_sure) return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
-					      "this deletes all that the tenant %s has, for ever; say --yes",
-					      request->name);
-	enum tw_status status = tenant_delete(request->store, request->name, error);
-	if (status != TW_OK) return status;
+static enum tw_status delete_tenant(struct request *request, struct tw_error *error)
+{
+	if (!request->is_sure)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
+			       "this deletes all that the tenant %s has, for ever; say --yes", request->name);
+	const enum tw_status status = tenant_delete(request->store, request->name, error);
+	if (status != TW_OK)
+		return status;
 	fprintf(stderr, "the tenant %s cannot be seen any more; removing its data\n", request->name);
 	return sweep(request->store, error);
 }
 
 static enum tw_status check(const struct request *request, struct tw_error *error)
 {
-	bool deletes = request->verb && !strcmp(request->verb, "delete");
-	if (!request->verb || (!deletes && strcmp(request->verb, "list") != 0))
-		return tw_fail(error, TW_ERROR_INPUT, "usage", request->verb, "say list or delete; see --help");
-	if (deletes != (request->name != NULL))
+	if (request->verb < 0)
+		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL, "say list or delete; see --help");
+	if ((request->verb == VERB_DELETE) != (request->name != NULL))
 		return tw_fail(error, TW_ERROR_INPUT, "usage", NULL,
 			       "delete, and nothing else, is told a tenant with --tenant; see --help");
 	if (!request->url)
@@ -83,27 +87,14 @@ static enum tw_status parse(void *context, int argc, char **argv, bool *help, st
 {
 	struct request *request = context;
 	request->url = getenv("TIGHTWIRE_STORE");
-	for (int i = 1; i < argc; i++) {
-		bool taken = false;
-		enum tw_status status = TW_OK;
-		if (!request->verb && argv[i][0] != '-') {
-			request->verb = argv[i];
-			continue;
-		}
-		status = command_take_text("--store", "a store", &request->url, argc, argv, &i, &taken, error);
-		if (status == TW_OK && !taken)
-			status = command_take_text("--tenant", "a tenant", &request->name, argc, argv, &i, &taken,
-						   error);
-		if (status != TW_OK)
-			return status;
-		*help = *help || !strcmp(argv[i], "--help");
-		request->is_sure = request->is_sure || !strcmp(argv[i], "--yes");
-		if (!taken && !*help && strcmp(argv[i], "--yes") != 0)
-			return command_refuse(argv[i],
-					      (const char *const[]){"--store", "--tenant", "--yes", "--help", NULL},
-					      (const struct option_table *const[]){NULL}, error);
-	}
-	return *help ? TW_OK : check(request, error);
+	const struct command_flag flags[] = {
+		{"--store", "a store", &request->url, NULL},
+		{"--tenant", "a tenant", &request->name, NULL},
+		{"--yes", NULL, NULL, &request->is_sure},
+		{NULL, NULL, NULL, NULL},
+	};
+	const enum tw_status status = command_take_all(flags, verbs, &request->verb, argc, argv, help, error);
+	return status != TW_OK || *help ? status : check(request, error);
 }
 
 static enum tw_status run(void *context, struct tw_error *error)
@@ -112,7 +103,7 @@ static enum tw_status run(void *context, struct tw_error *error)
 	enum tw_status status = store_open_existing(&request->store, request->url, error);
 	if (status != TW_OK)
 		return status;
-	return strcmp(request->verb, "list") != 0 ? delete (request, error) : list(request, error);
+	return request->verb == VERB_DELETE ? delete_tenant(request, error) : list(request, error);
 }
 
 static void clear(void *context)
@@ -124,6 +115,6 @@ static void clear(void *context)
 int command_tenant(int argc, char **argv)
 {
 	static const struct command_steps steps = {"tenant", print_help, parse, run, clear};
-	struct request request = {0};
+	struct request request = {.verb = -1};
 	return command_run(&steps, &request, argc, argv);
 }
