@@ -304,7 +304,9 @@ test('wrong keys are answered later and later, and a right one behind the same a
     assert.ok(answers[8].ms >= 600, `the ninth after ${answers[8].ms} ms`);
     const many = await Promise.all(Array.from({ length: 20 }, (_, i) => from(service, '127.5.0.1', `more-${i}`)));
     assert.ok(many.some((answer) => answer.status === 429 && Number(answer.retry) >= 10));
-    for (const answer of many.slice(10)) assert.ok(answer.ms >= 1500, `${answer.ms}`);
+    /* Which of them came first is not known. */
+    const waits = many.map((answer) => answer.ms).sort((a, b) => a - b);
+    assert.ok(waits[10] >= 1500, `${waits}`);
     const right = await from(service, '127.5.0.1', root);
     assert.equal(right.status, 200);
     assert.ok(right.ms < 1900, `the right one after ${right.ms} ms`);
