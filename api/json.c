@@ -32,6 +32,17 @@ json_t *json_time(int64_t time_ms)
 	return json_string(text);
 }
 
+json_t *json_words(const char *list)
+{
+	json_t *words = json_array();
+	while (*list) {
+		const size_t length = strcspn(list, ",");
+		json_array_append_new(words, json_stringn(list, length));
+		list += length + (list[length] == ',');
+	}
+	return words;
+}
+
 enum tw_status json_get_text(const json_t *object, const char *name, bool required, const char **text,
 			     struct tw_error *error)
 {

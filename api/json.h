@@ -16,6 +16,9 @@ bool json_is_text(const char *text);
 /* Milliseconds since 1970 as "2026-03-01T12:00:00.123Z"; null for 0. */
 json_t *json_time(int64_t time_ms) TW_NODISCARD;
 
+/* The words of a list with commas, as an array of strings. */
+json_t *json_words(const char *list) TW_NODISCARD;
+
 /* The string member `name`, borrowed from the object; *text is NULL where it is absent and not required. */
 enum tw_status json_get_text(const json_t *object, const char *name, bool required, const char **text,
 			     struct tw_error *error) TW_NODISCARD;

@@ -15,12 +15,9 @@
 
 static json_t *show_scopes(unsigned scopes)
 {
-	char text[KEY_SCOPES_SIZE], *rest = text;
-	json_t *list = json_array();
+	char text[KEY_SCOPES_SIZE];
 	key_print_scopes(scopes, text);
-	for (const char *word = strsep(&rest, ","); word && *word; word = strsep(&rest, ","))
-		json_array_append_new(list, json_string(word));
-	return list;
+	return json_words(text);
 }
 
 static json_t *show_limit(int64_t limit)

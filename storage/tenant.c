@@ -133,22 +133,6 @@ enum tw_status tenant_delete(struct store *store, const char *name, struct tw_er
 	return transaction_end(store, status, error);
 }
 
-/* The newest first: nothing is made from them that is still there. */
-static enum tw_status remove_resources(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
-{
-	int64_t numbers[STEP_ROWS];
-	*removed = 0;
-	struct sql q = sql_query(store, "SELECT number FROM resource WHERE tenant = ? ORDER BY number DESC LIMIT ?");
-	sql_bind_int(&q, tenant);
-	sql_bind_int(&q, STEP_ROWS);
-	while (sql_step(&q))
-		numbers[(*removed)++] = sql_int(&q);
-	enum tw_status status = sql_end(&q, error);
-	for (int64_t i = 0; status == TW_OK && i < *removed; i++)
-		status = resource_remove(store, numbers[i], error);
-	return status;
-}
-
 static enum tw_status remove_job(struct store *store, int64_t job, struct tw_error *error)
 {
 	enum tw_status status = lane_leave(store, job, error);
@@ -159,20 +143,36 @@ static enum tw_status remove_job(struct store *store, int64_t job, struct tw_err
 	return sql_run(&q, NULL, error);
 }
 
-/* Those that made no resource. */
-static enum tw_status remove_jobs(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
+/* Removes each of some rows that the tenant has; *removed: how many there were. */
+static enum tw_status remove_rows(struct store *store, const char *select,
+				  enum tw_status (*remove)(struct store *, int64_t, struct tw_error *), int64_t tenant,
+				  int64_t *removed, struct tw_error *error)
 {
 	int64_t numbers[STEP_ROWS];
 	*removed = 0;
-	struct sql q = sql_query(store, "SELECT number FROM job WHERE tenant = ? LIMIT ?");
+	struct sql q = sql_query(store, select);
 	sql_bind_int(&q, tenant);
 	sql_bind_int(&q, STEP_ROWS);
 	while (sql_step(&q))
 		numbers[(*removed)++] = sql_int(&q);
 	enum tw_status status = sql_end(&q, error);
 	for (int64_t i = 0; status == TW_OK && i < *removed; i++)
-		status = remove_job(store, numbers[i], error);
+		status = remove(store, numbers[i], error);
 	return status;
+}
+
+/* The newest first: nothing is made from them that is still there. */
+static enum tw_status remove_resources(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
+{
+	return remove_rows(store, "SELECT number FROM resource WHERE tenant = ? ORDER BY number DESC LIMIT ?",
+			   resource_remove, tenant, removed, error);
+}
+
+/* Those that made no resource. */
+static enum tw_status remove_jobs(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)
+{
+	return remove_rows(store, "SELECT number FROM job WHERE tenant = ? LIMIT ?", remove_job, tenant, removed,
+			   error);
 }
 
 static enum tw_status let_go_of_uploads(struct store *store, int64_t tenant, int64_t *removed, struct tw_error *error)

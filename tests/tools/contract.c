@@ -1,4 +1,5 @@
 /* Prints what the code offers, as JSON: its routes and its option tables. The HTTP tests hold openapi.yaml to it. */
+#include "api/json.h"
 #include "api/recording.h"
 #include "api/route.h"
 #include "solver/field/options.h"
@@ -14,12 +15,9 @@
 /* [] for what needs no key. */
 static json_t *show_scopes(unsigned scopes)
 {
-	char text[KEY_SCOPES_SIZE], *rest = text;
-	json_t *list = json_array();
+	char text[KEY_SCOPES_SIZE];
 	key_print_scopes(scopes, text);
-	for (const char *word = strsep(&rest, ","); word && *word; word = strsep(&rest, ","))
-		json_array_append_new(list, json_string(word));
-	return list;
+	return json_words(text);
 }
 
 static json_t *show_routes(void)
