@@ -26,9 +26,7 @@ static enum tw_status fail_lost(const struct job_ticket *ticket, struct tw_error
 /* --- what becomes ready ------------------------------------------------------------------------------------------ */
 
 /* Of the rows that a statement has changed: what offer_changed reads. */
-#define RETURNING_OFFERS                                                                                               \
-	" RETURNING lane, priority, number,"                                                                           \
-	" state = " SQL_QUEUED " AND waiting_for = 0 AND pause_until_ms = 0 AND delayed = 0"
+#define RETURNING_OFFERS " RETURNING lane, priority, number, " SQL_READY
 
 /* Ends the statement; its lanes are told of the jobs that are ready now. */
 static enum tw_status offer_changed(struct sql *q, int64_t *changed, struct tw_error *error)
@@ -271,32 +269,33 @@ enum tw_status job_state_put_back(struct store *store, int64_t job, const struct
 	return status == TW_OK ? queue_after(store, job, how, error) : status;
 }
 
-enum tw_status job_state_end_pauses(struct store *store, bool *more, struct tw_error *error)
+/* What is due at `now_ms`, a step of it. */
+static enum tw_status end_some(struct sql *q, int64_t now_ms, bool *more, struct tw_error *error)
 {
 	int64_t changed = 0;
-	struct sql q = sql_query(store, "UPDATE job SET pause_until_ms = 0 WHERE number IN"
-					" (SELECT number FROM job INDEXED BY job_paused WHERE state = " SQL_QUEUED
-					"  AND pause_until_ms > 0 AND pause_until_ms <= ?"
-					"  ORDER BY pause_until_ms LIMIT ?)" RETURNING_OFFERS);
-	sql_bind_int(&q, store_lease_now_ms(store));
-	sql_bind_int(&q, STEP_JOBS);
-	enum tw_status status = offer_changed(&q, &changed, error);
+	sql_bind_int(q, now_ms);
+	sql_bind_int(q, STEP_JOBS);
+	enum tw_status status = offer_changed(q, &changed, error);
 	*more = changed == STEP_JOBS;
 	return status;
 }
 
+enum tw_status job_state_end_pauses(struct store *store, bool *more, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "UPDATE job SET pause_until_ms = 0 WHERE number IN"
+					" (SELECT number FROM job INDEXED BY job_paused WHERE state = " SQL_QUEUED
+					"  AND pause_until_ms > 0 AND pause_until_ms <= ?"
+					"  ORDER BY pause_until_ms LIMIT ?)" RETURNING_OFFERS);
+	return end_some(&q, store_lease_now_ms(store), more, error);
+}
+
 enum tw_status job_state_end_delays(struct store *store, bool *more, struct tw_error *error)
 {
-	int64_t changed = 0;
 	struct sql q = sql_query(store, "UPDATE job SET delayed = 0 WHERE number IN"
 					" (SELECT number FROM job INDEXED BY job_delayed WHERE state = " SQL_QUEUED
 					"  AND delayed = 1 AND not_before_ms <= ?"
 					"  ORDER BY not_before_ms LIMIT ?)" RETURNING_OFFERS);
-	sql_bind_int(&q, store_now_ms(store));
-	sql_bind_int(&q, STEP_JOBS);
-	enum tw_status status = offer_changed(&q, &changed, error);
-	*more = changed == STEP_JOBS;
-	return status;
+	return end_some(&q, store_now_ms(store), more, error);
 }
 
 static enum tw_status forget_samples(struct store *store, int64_t job, struct tw_error *error)
@@ -424,14 +423,13 @@ static enum tw_status set_ended(struct store *store, int64_t job, enum job_state
 				struct tw_error *error)
 {
 	bool failed = state == JOB_FAILED && failure;
-	bool has_result = state == JOB_SUCCEEDED || state == JOB_INCOMPLETE;
 	struct sql q = sql_query(store, "UPDATE job SET state = ?1, finished_ms = ?2, lease_until_ms = 0,"
 					" progress = CASE WHEN ?3 = 1 THEN 1.0 ELSE progress END,"
 					" partial = CASE WHEN ?3 = 1 THEN NULL ELSE partial END, failure_status = ?4,"
 					" failure_type = ?5, failure_where = ?6, failure_text = ?7 WHERE number = ?8");
 	sql_bind_int(&q, state);
 	sql_bind_int(&q, store_now_ms(store));
-	sql_bind_int(&q, has_result);
+	sql_bind_int(&q, job_state_has_result(state));
 	sql_bind_int(&q, failed ? failure->status : TW_OK);
 	sql_bind_text(&q, failed && failure->type ? failure->type : "");
 	sql_bind_text(&q, failed ? failure->where : "");
