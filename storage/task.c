@@ -4,7 +4,7 @@
 #include "storage/job_state.h"
 #include "storage/jobs.h"
 #include "storage/key.h"
-#include "storage/sql.h"
+#include "storage/row.h"
 
 enum {
 	READ_NOTED_MS = 3600 * 1000, /* finer than that nobody cares, and every note is a write */
@@ -13,20 +13,6 @@ enum {
 };
 
 /* --- asking ----------------------------------------------------------------------------------------------------- */
-
-static enum tw_status find_subject(struct store *store, int64_t tenant, const char *resource_id, int64_t *resource,
-				   struct tw_error *error)
-{
-	struct sql q = sql_query(store, "SELECT number FROM resource WHERE id = ?1 AND tenant = ?2");
-	sql_bind_text(&q, resource_id);
-	sql_bind_int(&q, tenant);
-	bool found = sql_step(&q);
-	*resource = found ? sql_int(&q) : 0;
-	enum tw_status status = sql_end(&q, error);
-	return status == TW_OK && !found ? tw_fail(error, TW_ERROR_NOT_FOUND, "no-such-resource", NULL,
-						   "there is no resource %.64s", resource_id)
-					 : status;
-}
 
 /* What a task is found by. */
 struct task {
@@ -103,7 +89,7 @@ enum tw_status task_ask(struct store *store, struct owner owner, enum job_kind k
 		status = transaction_begin(store, true, error);
 	if (status != TW_OK)
 		return status;
-	status = find_subject(store, owner.tenant, resource_id, &task.resource, error);
+	status = row_find_resource(store, owner.tenant, resource_id, &task.resource, error);
 	if (status == TW_OK)
 		status = ask(store, owner, &task, request, &number, added, error);
 	if (status == TW_OK)
