@@ -31,13 +31,12 @@ static void read_job(struct sql *q, void *job)
 	row_read_job(q, job);
 }
 
-/* One row more than `limit` has been asked for where `ahead` is set: it tells whether there is another page. */
-static enum tw_status read_page(struct sql *q, uint32_t limit, bool ahead, struct job_page *page,
-				struct tw_error *error)
+/* page->next is the cursor of the last row. */
+static enum tw_status read_page(struct sql *q, uint32_t limit, struct job_page *page, struct tw_error *error)
 {
 	struct row_page read;
 	enum tw_status status = row_read_page(q, limit, sizeof *page->jobs, read_job, &read, error);
-	*page = (struct job_page){read.rows, read.count, ahead && !read.more ? 0 : read.last};
+	*page = (struct job_page){read.rows, read.count, read.last};
 	if (status != TW_OK)
 		job_page_clear(page);
 	return status;
@@ -142,6 +141,16 @@ enum tw_status job_list(struct store *store, const struct job_query *query, stru
 	return status;
 }
 
+enum tw_status job_list_running(struct store *store, struct job_page *page, struct tw_error *error)
+{
+	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS " FROM job j INDEXED BY job_leased"
+					" LEFT JOIN resource r ON r.number = j.resource WHERE j.state = " SQL_RUNNING
+					" ORDER BY j.lease_until_ms LIMIT 1000");
+	enum tw_status status = read_page(&q, 1000, page, error);
+	page->next = 0;
+	return status;
+}
+
 static enum tw_status newest_change(struct store *store, int64_t *change, struct tw_error *error)
 {
 	struct sql q = sql_query(store, "SELECT value FROM change");
@@ -162,7 +171,7 @@ enum tw_status job_changes(struct store *store, int64_t since, uint32_t limit, s
 					" WHERE j.change > ? ORDER BY j.change LIMIT ?");
 	sql_bind_int(&q, since);
 	sql_bind_int(&q, limit);
-	enum tw_status status = read_page(&q, limit, false, page, error);
+	enum tw_status status = read_page(&q, limit, page, error);
 	if (status == TW_OK && page->count == 0)
 		page->next = since;
 	return status;

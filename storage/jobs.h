@@ -24,6 +24,9 @@ struct job_query {
 enum tw_status job_list(struct store *store, const struct job_query *query, struct job_page *page,
 			struct tw_error *error) TW_NODISCARD;
 
+/* Running jobs of all tenants, at most a thousand, those first whose leases run out first. */
+enum tw_status job_list_running(struct store *store, struct job_page *page, struct tw_error *error) TW_NODISCARD;
+
 /* Jobs that changed after `since`, oldest change first, each once with its latest state; `page->next` is the `since` of
  * the next call. Serves event streams (the change number is the event's id) and held requests. `since` -1 gives no jobs
  * and the newest change number. */

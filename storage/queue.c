@@ -312,21 +312,3 @@ enum tw_status job_abandon(struct store *store, const char *worker, bool crashed
 	status = abandon(store, worker, crashed, error);
 	return transaction_end(store, status, error);
 }
-
-static void read_job(struct sql *q, void *job)
-{
-	row_read_job(q, job);
-}
-
-enum tw_status job_list_running(struct store *store, struct job_page *page, struct tw_error *error)
-{
-	struct row_page read;
-	struct sql q = sql_query(store, "SELECT j.number, " ROW_JOB_COLUMNS " FROM job j INDEXED BY job_leased"
-					" LEFT JOIN resource r ON r.number = j.resource WHERE j.state = " SQL_RUNNING
-					" ORDER BY j.lease_until_ms LIMIT 1000");
-	enum tw_status status = row_read_page(&q, 1000, sizeof *page->jobs, read_job, &read, error);
-	*page = (struct job_page){read.rows, read.count, 0};
-	if (status != TW_OK)
-		job_page_clear(page);
-	return status;
-}

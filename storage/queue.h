@@ -69,7 +69,4 @@ enum tw_status job_put_off(struct store *store, const struct job_ticket *ticket,
  * it died by itself, with the job perhaps to blame, and the attempt counts; else it went with its service. */
 enum tw_status job_abandon(struct store *store, const char *worker, bool crashed, struct tw_error *error) TW_NODISCARD;
 
-/* Running jobs of all tenants, at most a thousand, those first whose leases run out first. */
-enum tw_status job_list_running(struct store *store, struct job_page *page, struct tw_error *error) TW_NODISCARD;
-
 #endif
