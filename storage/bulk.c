@@ -22,10 +22,7 @@ struct some {
 };
 
 /* Whether a job is what the query means, beside tenant, state and problem, by which it is found. */
-#define MATCHES                                                                                                        \
-	"(?5 = 0 OR ?5 >> kind & 1 = 1) AND (?6 = 0 OR ?6 >> class & 1 = 1) AND (?7 = 0 OR created_ms < ?7)"           \
-	" AND (?8 = '' OR EXISTS (SELECT 1 FROM lane l JOIN job_group g ON g.number = l.job_group"                     \
-	"  WHERE l.number = job.lane AND g.name = ?8))"
+#define MATCHES "(?5 = 0 OR ?5 >> kind & 1 = 1) AND " SQL_MATCHES("?6", "?7", "?8")
 
 /* Without the write lock: there may be many to pass by. */
 static enum tw_status find_some(struct store *store, const struct job_query *query,

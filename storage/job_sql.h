@@ -29,4 +29,11 @@ static_assert(JOB_QUEUED == 0 && JOB_RUNNING == 1 && JOB_SUCCEEDED == 2 && JOB_F
 /* One that has not ended: as the indices say it. */
 #define SQL_UNFINISHED "state < 2/*succeeded*/"
 
+/* A job of one of these classes (JOB_CLASS_BIT…), created before then, of this group: parameters of the statement; 0,
+ * 0 and '' for all. */
+#define SQL_MATCHES(classes, before_ms, group)                                                                         \
+	"(" classes " = 0 OR " classes " >> class & 1 = 1) AND (" before_ms " = 0 OR created_ms < " before_ms ")"      \
+	" AND (" group " = '' OR EXISTS (SELECT 1 FROM lane l JOIN job_group g ON g.number = l.job_group"              \
+	"  WHERE l.number = job.lane AND g.name = " group "))"
+
 #endif

@@ -43,10 +43,7 @@ static enum tw_status read_page(struct sql *q, uint32_t limit, struct job_page *
 }
 
 /* Whether a job is what the query means, beside that by which it is found; bound by bind_match. */
-#define MATCHES                                                                                                        \
-	" AND (?1 = 0 OR ?1 >> class & 1 = 1) AND (?2 = 0 OR created_ms < ?2)"                                         \
-	" AND (?3 = '' OR EXISTS (SELECT 1 FROM lane l JOIN job_group g ON g.number = l.job_group"                     \
-	"  WHERE l.number = job.lane AND g.name = ?3))"
+#define MATCHES " AND " SQL_MATCHES("?1", "?2", "?3")
 
 static void bind_match(struct sql *q, const struct job_query *query)
 {
