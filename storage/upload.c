@@ -231,11 +231,17 @@ static enum tw_status store_chunk(struct upload *upload, struct tw_error *error)
 	return status;
 }
 
-static enum tw_status flush(struct upload *upload, struct tw_error *error)
+/* For what is buffered: on the disk, and in the client's limits. */
+static enum tw_status check_room(struct upload *upload, struct tw_error *error)
 {
 	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
-	if (status == TW_OK)
-		status = key_check_limits(upload->store, upload->client, false, upload->buffered, error);
+	return status == TW_OK ? key_check_limits(upload->store, upload->client, false, upload->buffered, error)
+			       : status;
+}
+
+static enum tw_status flush(struct upload *upload, struct tw_error *error)
+{
+	enum tw_status status = check_room(upload, error);
 	if (status == TW_OK)
 		status = transaction_begin_alone(upload->store, error);
 	if (status == TW_OK) {
@@ -285,9 +291,7 @@ enum tw_status upload_seal(struct upload *upload, struct tw_error *error)
 		return refuse_broken(error);
 	if (upload_size(upload) == 0)
 		return tw_fail(error, TW_ERROR_INPUT, "upload-empty", NULL, "no bytes came; send the file as the body");
-	enum tw_status status = sql_check_room(upload->store, upload->buffered, error);
-	if (status == TW_OK)
-		status = key_check_limits(upload->store, upload->client, false, upload->buffered, error);
+	enum tw_status status = check_room(upload, error);
 	if (status == TW_OK)
 		status = transaction_begin(upload->store, true, error);
 	if (status == TW_OK) {
