@@ -126,7 +126,7 @@ static enum tw_status parse_scopes(const struct api_call *call, const json_t *bo
 	*scopes = 0;
 	if (!json_is_array(list) || !json_array_size(list))
 		return tw_fail(error, TW_ERROR_INPUT, "json-type", "/scopes",
-			       "scopes is a list of these words: read, submit, rig, admin");
+			       "scopes is a list of these words: " KEY_SCOPE_WORDS);
 	for (size_t i = 0; i < json_array_size(list); i++) {
 		unsigned scope = 0;
 		const char *word = json_string_value(json_array_get(list, i));
@@ -135,7 +135,7 @@ static enum tw_status parse_scopes(const struct api_call *call, const json_t *bo
 		snprintf(pointer, sizeof pointer, "/scopes/%zu", i);
 		if (!is_one)
 			return tw_fail(error, TW_ERROR_INPUT, "key-scope", pointer,
-				       "this is no scope; there are: read, submit, rig, admin");
+				       "this is no scope; there are: " KEY_SCOPE_WORDS);
 		if (scope & ~call->caller.scopes)
 			return refuse_scope_at(call, pointer, scope, error);
 		*scopes |= scope;

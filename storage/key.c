@@ -26,6 +26,12 @@ void key_print_scopes(unsigned scopes, char text[KEY_SCOPES_SIZE])
 						 scopes_by_word[i].word);
 }
 
+static enum tw_status refuse_no_scope(struct tw_error *error)
+{
+	return tw_fail(error, TW_ERROR_INPUT, "key-scope", NULL,
+		       "a key without a scope is good for nothing; there are: " KEY_SCOPE_WORDS);
+}
+
 static unsigned scope_of(const char *word, size_t length)
 {
 	for (size_t i = 0; i < SCOPES; i++)
@@ -42,14 +48,12 @@ enum tw_status key_parse_scopes(const char *text, unsigned *scopes, struct tw_er
 		unsigned scope = scope_of(text, length);
 		if (!scope)
 			return tw_fail(error, TW_ERROR_INPUT, "key-scope", NULL,
-				       "no scope \"%.*s\"; there are: read, submit, rig, admin",
-				       length < 40 ? (int)length : 40, text);
+				       "no scope \"%.*s\"; there are: " KEY_SCOPE_WORDS, length < 40 ? (int)length : 40,
+				       text);
 		*scopes |= scope;
 		text += length + (text[length] == ',');
 	}
-	return *scopes ? TW_OK
-		       : tw_fail(error, TW_ERROR_INPUT, "key-scope", NULL,
-				 "a key without a scope is good for nothing; there are: read, submit, rig, admin");
+	return *scopes ? TW_OK : refuse_no_scope(error);
 }
 
 /* So that nobody has to fear an overflow when he counts with them. */
@@ -70,8 +74,7 @@ enum tw_status key_check(const struct store *store, const struct key_draft *draf
 		return tw_fail(error, TW_ERROR_INPUT, "key-name", NULL,
 			       "a key's name has 1 to %d letters, digits, - _ . @", KEY_NAME_SIZE - 1);
 	if (!draft->scopes || draft->scopes & ~(unsigned)KEY_SCOPES_ALL)
-		return tw_fail(error, TW_ERROR_INPUT, "key-scope", NULL,
-			       "a key without a scope is good for nothing; there are: read, submit, rig, admin");
+		return refuse_no_scope(error);
 	if (draft->expires_ms && draft->expires_ms <= store_now_ms(store))
 		return tw_fail(error, TW_ERROR_INPUT, "key-expiry", NULL, "the key would have expired already");
 	if (draft->weight > JOB_WEIGHT_MAX)

@@ -16,6 +16,7 @@ enum {
 	KEY_ADMIN = 8,  /* make and revoke keys of its tenant, and delete the tenant */
 	KEY_SCOPES_ALL = 15,
 };
+#define KEY_SCOPE_WORDS "read, submit, rig, admin" /* for messages */
 
 /* "read,submit"; every list has one order. Returns the length. */
 enum { KEY_SCOPES_SIZE = 32 };

@@ -257,7 +257,7 @@ static void print_help(void)
 	       "key on standard error.\n\n"
 	       "  --tenant TENANT         whose key it is (default); create makes a tenant that is new\n"
 	       "  --name NAME             what you call it; unique within its tenant\n"
-	       "  --scopes LIST           what it may do: read, submit, rig, admin (read,submit)\n"
+	       "  --scopes LIST           what it may do: " KEY_SCOPE_WORDS " (read,submit)\n"
 	       "  --expires WHEN          a day as in 2027-01-31, or a time as in 90d (never)\n"
 	       "  --overlap TIME          for how long rotate leaves the key before good, up to 90d (24h)\n"
 	       "  --weight N              turns of its jobs in the queue for one of another key's (1)\n"
