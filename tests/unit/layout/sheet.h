@@ -201,4 +201,12 @@ static inline void assert_near(double a, double b, double slack)
 		fail_msg("%.12g is not %.12g", a, b);
 }
 
+/* A layout request for two vertices; good until the next call. */
+static inline char *two_vertices(uint32_t a, uint32_t b)
+{
+	static char request[128];
+	snprintf(request, sizeof request, "{\"terminals\":[{\"vertex\":%u},{\"vertex\":%u}]}", a, b);
+	return request;
+}
+
 #endif
