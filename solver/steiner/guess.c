@@ -22,8 +22,7 @@ static uint64_t foresee(uint64_t last, uint64_t before)
 	return last > 2 * before ? last * (last / before) : 2 * last;
 }
 
-/* Solves search->instance under the guess; the instance may shrink. */
-static enum tw_status solve_under_guess(struct search *search, const struct dual *dual, fine_t guess, int *found)
+enum tw_status guess_solve_below(struct search *search, const struct dual *dual, fine_t guess, int *found)
 {
 	struct dual next;
 	int empty = 0;
@@ -37,26 +36,32 @@ static enum tw_status solve_under_guess(struct search *search, const struct dual
 	return dp_solve(search, &next, guess, found);
 }
 
-/* The same on a copy, so that the instance is as before. */
-static enum tw_status try_guess(struct search *search, const struct dual *dual, fine_t guess, int *found)
+enum tw_status guess_begin(struct search *search, fine_t guess, struct guess_saved *saved)
 {
-	struct arena_mark mark = arena_mark(search->arena);
-	struct instance whole = search->instance;
-	const fine_t assumed = search->assumed;
+	*saved = (struct guess_saved){arena_mark(search->arena), search->instance, search->assumed};
+	search->assumed = guess + search->instance.base;
+	return instance_copy(&search->instance, &saved->instance, search->arena);
+}
+
+void guess_end(struct search *search, const struct guess_saved *saved)
+{
+	search->instance = saved->instance;
+	search->assumed = saved->assumed;
+	arena_release(search->arena, saved->mark);
+}
+
+enum tw_status guess_try(struct search *search, const struct dual *dual, fine_t guess, int *found)
+{
+	struct guess_saved saved;
 	*found = 0;
-	enum tw_status status = instance_copy(&search->instance, &whole, search->arena);
-	if (status == TW_OK) {
-		search->assumed = guess + whole.base;
-		status = solve_under_guess(search, dual, guess, found);
-	}
-	search->instance = whole;
-	search->assumed = assumed;
-	arena_release(search->arena, mark);
+	enum tw_status status = guess_begin(search, guess, &saved);
+	if (status == TW_OK)
+		status = guess_solve_below(search, dual, guess, found);
+	guess_end(search, &saved);
 	return status;
 }
 
-/* The next whole unit at or above. */
-static fine_t round_up(const struct instance *instance, fine_t fine)
+fine_t guess_round_up(const struct instance *instance, fine_t fine)
 {
 	const fine_t below = ((fine_t)1 << instance->shift) - 1;
 	return ((fine + instance->base + below) & ~below) - instance->base;
@@ -99,7 +104,7 @@ enum tw_status guess_solve(struct search *search, const struct dual *dual)
 		/* A guess close to the cutoff would have to be followed by the cutoff. */
 		fine_t guess = gap < step + step / 2 || !search_uses(search, STEINER_GUESSING)
 				       ? cutoff
-				       : round_up(&search->instance, bound + step);
+				       : guess_round_up(&search->instance, bound + step);
 		if (guess > cutoff)
 			guess = cutoff;
 		int found;
@@ -107,7 +112,7 @@ enum tw_status guess_solve(struct search *search, const struct dual *dual)
 			return TW_ERROR_CANCELLED;
 		const uint64_t before = search->work;
 		search_enter(search, "dynamic program");
-		enum tw_status status = try_guess(search, dual, guess, &found);
+		enum tw_status status = guess_try(search, dual, guess, &found);
 		if (status != TW_OK)
 			return status;
 		if (found)

@@ -10,7 +10,7 @@
 
 #include "solver/steiner/dual/ball.h"
 #include "solver/steiner/flow/flow.h"
-#include "solver/steiner/program/dp.h"
+#include "solver/steiner/guess.h"
 #include "solver/steiner/reduce/fix.h"
 #include "solver/steiner/warm/lanes.h"
 #include "solver/steiner/warm/memory.h"
@@ -69,61 +69,16 @@ static enum tw_status grow(struct search *search, struct dual *dual)
 	return dual_extend(dual, search);
 }
 
-/* The instance, while a guess at it works on a copy. */
-struct saved {
-	struct arena_mark mark;
-	struct instance instance;
-	fine_t assumed;
-};
-
-static enum tw_status begin_guess(struct search *search, fine_t guess, struct saved *saved)
-{
-	*saved = (struct saved){arena_mark(search->arena), search->instance, search->assumed};
-	search->assumed = guess;
-	return instance_copy(&search->instance, &saved->instance, search->arena);
-}
-
-static void end_guess(struct search *search, const struct saved *saved)
-{
-	search->instance = saved->instance;
-	search->assumed = saved->assumed;
-	arena_release(search->arena, saved->mark);
-}
-
-/* What no tree below the guess uses goes, then the dynamic program. */
-static enum tw_status solve_below(struct search *search, const struct dual *dual, fine_t guess, int *found)
-{
-	struct dual left;
-	int empty = 0;
-	enum tw_status status = fix_by_reduced_costs(search, dual, guess, &left, &empty);
-	if (status != TW_OK || empty)
-		return status;
-	search->stats->vertices_left = search->instance.vertex_count;
-	search->stats->edges_left = search->instance.edge_count;
-	return dp_solve(search, &left, guess, found);
-}
-
-/* The next whole unit of the caller's at or above. */
-static fine_t round_up(const struct instance *instance, fine_t fine)
-{
-	const fine_t below = ((fine_t)1 << instance->shift) - 1;
-	return (fine + below) & ~below;
-}
-
 /* Guesses from the dual's bound on, but none above `most`. */
 static enum tw_status guess_upwards(struct search *search, const struct dual *dual, fine_t step, fine_t most,
 				    int *found)
 {
 	enum tw_status status = TW_OK;
 	for (fine_t bound = dual_fine_bound(dual); bound < most && status == TW_OK && !*found; step *= 2) {
-		struct saved saved;
-		bound = round_up(&search->instance, bound + step + 1);
+		bound = guess_round_up(&search->instance, bound + step + 1);
 		if (bound + step > most)
 			bound = most;
-		status = begin_guess(search, bound, &saved);
-		if (status == TW_OK)
-			status = solve_below(search, dual, bound, found);
-		end_guess(search, &saved);
+		status = guess_try(search, dual, bound, found);
 	}
 	return status;
 }
@@ -167,11 +122,11 @@ static enum tw_status shrink(const struct warm_lanes *lanes, struct search *sear
 static enum tw_status try_guess(const struct warm_lanes *lanes, struct search *search, const struct dual *whole,
 				fine_t step, fine_t guess, uint32_t round, fine_t *foreseen, int *found)
 {
-	struct saved saved;
+	struct guess_saved saved;
 	struct dual left;
 	int empty = 0;
 	*found = 0;
-	enum tw_status status = begin_guess(search, guess, &saved);
+	enum tw_status status = guess_begin(search, guess, &saved);
 	if (status == TW_OK)
 		status = shrink(lanes, search, whole, guess, &left, &empty);
 	if (status == TW_OK && !empty && round) {
@@ -180,8 +135,8 @@ static enum tw_status try_guess(const struct warm_lanes *lanes, struct search *s
 	}
 	if (status == TW_OK && !empty)
 		status = round ? guess_upwards(search, &left, step, guess, found)
-			       : solve_below(search, &left, guess, found);
-	end_guess(search, &saved);
+			       : guess_solve_below(search, &left, guess, found);
+	guess_end(search, &saved);
 	return status;
 }
 
@@ -195,7 +150,7 @@ static enum tw_status guess(struct steiner_warm *warm, const struct warm_lanes *
 	for (unsigned round = 0; round < GUESSES && status == TW_OK && !*solved; round++) {
 		int found = 0;
 		const fine_t next = bound + step > foreseen + first ? bound + step : foreseen + first;
-		const fine_t most = round_up(&search->instance, next + 1);
+		const fine_t most = guess_round_up(&search->instance, next + 1);
 		/* The state's coarse costs are for trees about as heavy as its own: more room than they can tell would
 		 * be cut short, and with it the tree. */
 		if (fix_room(whole, most) == DUAL_FAR)
