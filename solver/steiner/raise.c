@@ -77,20 +77,10 @@ static enum tw_status raise_by_search(struct search *search, struct dual *dual, 
 /* The dual becomes the flow's if that is better. */
 static enum tw_status split(struct raise *raise, struct search *search, struct dual *dual)
 {
-	const struct arena_mark mark = arena_mark(search->arena);
-	struct dual rival;
-	enum tw_status status = dual_init_like(&rival, search, dual, flow_members(raise->flow));
-	if (status == TW_OK)
-		status = flow_split(raise->flow, search, &rival);
-	raise->gain = status == TW_OK && dual_fine_bound(&rival) > raise->reached
-			      ? dual_fine_bound(&rival) - raise->reached
-			      : 0;
+	fine_t bound;
+	const enum tw_status status = flow_raise_dual(raise->flow, search, dual, &bound);
+	raise->gain = bound > raise->reached ? bound - raise->reached : 0;
 	raise->reached += raise->gain;
-	/* What an interrupted split has found is a bound, too. */
-	if ((status == TW_OK || status == TW_ERROR_CANCELLED) && rival.bound > dual->bound)
-		*dual = rival;
-	else
-		arena_release(search->arena, mark);
 	search_bound(search, dual_fine_bound(dual));
 	return status;
 }

@@ -49,21 +49,6 @@ static bool is_tight(const struct search *search, const struct dual *dual)
 	return search->best_fine - dual_fine_bound(dual) <= search->best_fine / TIGHT_SHARE;
 }
 
-/* The flow's bound where it is better. */
-static enum tw_status take_bound(struct flow *flow, struct search *search, struct dual *dual)
-{
-	const struct arena_mark mark = arena_mark(search->arena);
-	struct dual rival;
-	enum tw_status status = dual_init_like(&rival, search, dual, flow_members(flow));
-	if (status == TW_OK)
-		status = flow_split(flow, search, &rival);
-	if (status == TW_OK && rival.bound > dual->bound)
-		*dual = rival;
-	else
-		arena_release(search->arena, mark);
-	return status;
-}
-
 static enum tw_status improve(struct search *search, struct dual *dual)
 {
 	struct flow *flow;
@@ -73,7 +58,7 @@ static enum tw_status improve(struct search *search, struct dual *dual)
 	for (uint32_t part = 0; part < FLOW_PARTS && status == TW_OK && !is_tight(search, dual); part++) {
 		status = flow_iterate(flow, search, FLOW_ITERATIONS);
 		if (status == TW_OK)
-			status = take_bound(flow, search, dual);
+			status = flow_raise_dual(flow, search, dual, NULL);
 	}
 	return status == TW_ERROR_MEMORY ? improve_by_search(search, dual) : status;
 }

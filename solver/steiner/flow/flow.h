@@ -33,6 +33,11 @@ enum tw_status flow_iterate(struct flow *flow, struct search *search, uint32_t i
  * knows. The bound is not monotone from one split to the next. TW_ERROR_MEMORY, TW_ERROR_CANCELLED. */
 enum tw_status flow_split(struct flow *flow, struct search *search, struct dual *dual) TW_NODISCARD;
 
+/* Splits into a dual like *dual, of search->instance and the flow's root, which *dual becomes if it is better: what an
+ * interrupted split has found is a bound, too. *bound (may be NULL): the complete split's, fine; 0 without one. Errors
+ * as flow_split. */
+enum tw_status flow_raise_dual(struct flow *flow, struct search *search, struct dual *dual, fine_t *bound) TW_NODISCARD;
+
 /* Carries the flow over to search->instance, which has lost edges by deletion (not by reductions) since it was set up.
  * After TW_ERROR_MEMORY, TW_ERROR_LIMIT and TW_ERROR_CANCELLED *flow is as before. */
 enum tw_status flow_shrink(struct flow **flow, struct search *search, const struct dual *dual) TW_NODISCARD;

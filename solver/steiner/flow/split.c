@@ -112,6 +112,22 @@ enum tw_status flow_split(struct flow *flow, struct search *search, struct dual 
 	return status == TW_OK ? dual_extend(dual, search) : status;
 }
 
+enum tw_status flow_raise_dual(struct flow *flow, struct search *search, struct dual *dual, fine_t *bound)
+{
+	const struct arena_mark mark = arena_mark(search->arena);
+	struct dual rival;
+	enum tw_status status = dual_init_like(&rival, search, dual, flow_members(flow));
+	if (status == TW_OK)
+		status = flow_split(flow, search, &rival);
+	if (bound)
+		*bound = status == TW_OK ? dual_fine_bound(&rival) : 0;
+	if ((status == TW_OK || status == TW_ERROR_CANCELLED) && rival.bound > dual->bound)
+		*dual = rival;
+	else
+		arena_release(search->arena, mark);
+	return status;
+}
+
 void flow_mark_used(const struct flow *flow, const struct search *search, float least, uint8_t *keep)
 {
 	const struct instance *instance = &search->instance;

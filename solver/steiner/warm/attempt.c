@@ -88,7 +88,6 @@ static enum tw_status raise_bound(const struct warm_lanes *lanes, struct search 
 				  struct dual *dual)
 {
 	struct flow *flow;
-	struct dual rival;
 	bool has_started = false;
 	enum tw_status status = flow_new(&flow, search, dual);
 	if (status == TW_OK)
@@ -96,13 +95,7 @@ static enum tw_status raise_bound(const struct warm_lanes *lanes, struct search 
 	if (status == TW_OK)
 		status = flow_iterate(flow, search, has_started ? round * FURTHER_ITERATIONS : ITERATIONS);
 	if (status == TW_OK)
-		status = dual_init_like(&rival, search, dual, flow_members(flow));
-	if (status == TW_OK)
-		status = flow_split(flow, search, &rival);
-	if (status == TW_OK)
-		status = dual_extend(&rival, search);
-	if (status == TW_OK && rival.bound > dual->bound)
-		*dual = rival;
+		status = flow_raise_dual(flow, search, dual, NULL);
 	return status == TW_ERROR_CANCELLED ? status : TW_OK;
 }
 

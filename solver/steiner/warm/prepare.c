@@ -19,33 +19,17 @@ static bool has_small_loss(const struct search *search, const struct dual *dual)
 	return loss <= search->best_fine / 1000000 * SMALL_LOSS_PER_MILLION;
 }
 
-/* One more part of the iterations, and what the flow splits the costs to; *dual becomes it if it is better. */
-static enum tw_status raise_dual(struct search *search, struct dual *dual, struct flow *flow)
-{
-	const struct arena_mark mark = arena_mark(search->arena);
-	struct dual rival;
-	enum tw_status status = flow_iterate(flow, search, ITERATIONS);
-	if (status == TW_OK)
-		status = dual_init_like(&rival, search, dual, flow_members(flow));
-	if (status == TW_OK)
-		status = flow_split(flow, search, &rival);
-	if (status == TW_OK)
-		status = dual_extend(&rival, search);
-	if (status == TW_OK && rival.bound > dual->bound)
-		*dual = rival;
-	else
-		arena_release(search->arena, mark);
-	return status;
-}
-
 /* The flow's balls on the whole instance. */
 static enum tw_status find_dual(struct search *search, struct dual *dual, struct flow **flow)
 {
 	enum tw_status status = dual_ascend_best(dual, search, ASCENT_SHARE * (uint64_t)search->instance.edge_count);
 	if (status == TW_OK)
 		status = flow_new(flow, search, dual);
-	for (uint32_t part = 0; status == TW_OK && part < PARTS && !has_small_loss(search, dual); part++)
-		status = raise_dual(search, dual, *flow);
+	for (uint32_t part = 0; status == TW_OK && part < PARTS && !has_small_loss(search, dual); part++) {
+		status = flow_iterate(*flow, search, ITERATIONS);
+		if (status == TW_OK)
+			status = flow_raise_dual(*flow, search, dual, NULL);
+	}
 	return status;
 }
 
