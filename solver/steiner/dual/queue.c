@@ -31,11 +31,6 @@ enum tw_status queue_init(struct dual_queue *queue, struct arena *arena, size_t 
 	return queue->heap && queue->entry && queue->next ? TW_OK : TW_ERROR_MEMORY;
 }
 
-static inline bool is_true(uint64_t key, const uint32_t *distance)
-{
-	return distance[(uint32_t)key] == (uint32_t)(key >> 32);
-}
-
 /* The first bucket with entries; QUEUE_BUCKETS when all are empty. */
 static uint32_t first_used(const struct dual_queue *queue)
 {
@@ -55,7 +50,7 @@ static void move_on(struct dual_queue *queue, const uint32_t *distance)
 {
 	uint32_t list = queue->far, least = UINT32_MAX;
 	for (uint32_t i = list; i != UINT32_MAX; i = queue->next[i])
-		if (is_true(queue->entry[i], distance)) {
+		if (queue_is_true(queue->entry[i], distance)) {
 			const uint32_t number = (uint32_t)(queue->entry[i] >> 32) >> queue->shift;
 			least = number < least ? number : least;
 		}
@@ -65,19 +60,12 @@ static void move_on(struct dual_queue *queue, const uint32_t *distance)
 	while (list != UINT32_MAX) {
 		const uint32_t i = list, bucket = ((uint32_t)(queue->entry[i] >> 32) >> queue->shift) - queue->base;
 		list = queue->next[i];
-		if (!is_true(queue->entry[i], distance))
+		if (!queue_is_true(queue->entry[i], distance))
 			continue;
-		if (!bucket) {
+		if (!bucket)
 			queue_push_heap(queue, queue->entry[i]);
-		} else if (bucket >= QUEUE_BUCKETS) {
-			queue->next[i] = queue->far;
-			queue->far = i;
-		} else {
-			const bool is_used = queue->used[bucket / 64] >> (bucket % 64) & 1;
-			queue->next[i] = is_used ? queue->first[bucket] : UINT32_MAX;
-			queue->first[bucket] = i;
-			queue->used[bucket / 64] |= (uint64_t)1 << (bucket % 64);
-		}
+		else
+			queue_file(queue, i, bucket);
 	}
 }
 
@@ -88,7 +76,7 @@ bool queue_open_next(struct dual_queue *queue, const uint32_t *distance)
 		queue->open = bucket;
 		clear_bit(queue, bucket);
 		for (uint32_t i = queue->first[bucket]; i != UINT32_MAX; i = queue->next[i])
-			if (is_true(queue->entry[i], distance))
+			if (queue_is_true(queue->entry[i], distance))
 				queue_push_heap(queue, queue->entry[i]);
 		return true;
 	}

@@ -10,6 +10,7 @@
 #include "solver/arena.h"
 #include "tightwire.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -22,7 +23,8 @@ struct dual_queue {
 	uint64_t *entry; /* [entry_count] what was pushed beyond the open bucket since the queue was empty */
 	uint32_t *next;  /* [entry_count] list of each bucket; UINT32_MAX ends it */
 	size_t heap_count;
-	uint32_t entry_count, capacity;
+	uint32_t entry_count;
+	uint32_t capacity;             /* of all three */
 	unsigned shift;                /* a bucket is 1 << shift wide */
 	uint32_t base;                 /* distance >> shift of bucket 0 */
 	uint32_t open;                 /* the bucket whose entries are in the heap */
@@ -41,10 +43,16 @@ bool queue_open_next(struct dual_queue *queue, const uint32_t *distance);
 /* Empties the queue; distance[v] becomes UINT32_MAX for all that was in it. */
 void queue_wipe(struct dual_queue *queue, uint32_t *distance);
 
+static inline bool queue_is_true(uint64_t key, const uint32_t *distance)
+{
+	return distance[(uint32_t)key] == (uint32_t)(key >> 32);
+}
+
 static inline void queue_push_heap(struct dual_queue *queue, uint64_t key)
 {
 	uint64_t *const heap = queue->heap;
 	size_t i = queue->heap_count++;
+	assert(i < queue->capacity);
 	while (i) {
 		const size_t parent = (i - 1) >> 2;
 		if (heap[parent] <= key)
@@ -55,15 +63,9 @@ static inline void queue_push_heap(struct dual_queue *queue, uint64_t key)
 	heap[i] = key;
 }
 
-static inline void queue_push(struct dual_queue *queue, uint64_t key)
+/* Puts entry i into the list of a bucket behind the open one, or of what lies beyond. */
+static inline void queue_file(struct dual_queue *queue, uint32_t i, uint32_t bucket)
 {
-	const uint32_t number = (uint32_t)(key >> 32) >> queue->shift;
-	if (number <= queue->base + queue->open) {
-		queue_push_heap(queue, key);
-		return;
-	}
-	const uint32_t bucket = number - queue->base, i = queue->entry_count++;
-	queue->entry[i] = key;
 	if (bucket >= QUEUE_BUCKETS) {
 		queue->next[i] = queue->far;
 		queue->far = i;
@@ -73,6 +75,19 @@ static inline void queue_push(struct dual_queue *queue, uint64_t key)
 	queue->next[i] = queue->used[bucket / 64] & bit ? queue->first[bucket] : UINT32_MAX;
 	queue->first[bucket] = i;
 	queue->used[bucket / 64] |= bit;
+}
+
+static inline void queue_push(struct dual_queue *queue, uint64_t key)
+{
+	const uint32_t number = (uint32_t)(key >> 32) >> queue->shift;
+	if (number <= queue->base + queue->open) {
+		queue_push_heap(queue, key);
+		return;
+	}
+	const uint32_t i = queue->entry_count++;
+	assert(i < queue->capacity);
+	queue->entry[i] = key;
+	queue_file(queue, i, number - queue->base);
 }
 
 static inline uint64_t queue_pop_heap(struct dual_queue *queue)
@@ -105,7 +120,7 @@ static inline bool queue_pop(struct dual_queue *queue, const uint32_t *distance,
 	do {
 		while (queue->heap_count) {
 			*key = queue_pop_heap(queue);
-			if (distance[(uint32_t)*key] == (uint32_t)(*key >> 32))
+			if (queue_is_true(*key, distance))
 				return true;
 		}
 	} while (queue_open_next(queue, distance));
