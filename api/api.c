@@ -39,8 +39,7 @@ struct api {
 	struct waiting *waiting;   /* owned */
 };
 
-/* --- policies -------------------------------------------------------------------------------------------------------
- */
+/* --- policies ----------------------------------------------------------------------------------------------------- */
 
 static void policy_free(struct api_policy *policy)
 {
@@ -96,7 +95,7 @@ static enum tw_status read_keys(struct api *api, struct api_policy *policy, stru
 	return status;
 }
 
-/* Without keys yet. */
+/* Without the store's keys yet, and without those of a file. */
 static enum tw_status policy_alloc(struct api_policy **policy, const struct api_settings *settings,
 				   struct tw_error *error)
 {
@@ -112,33 +111,27 @@ static enum tw_status policy_alloc(struct api_policy **policy, const struct api_
 	return made->settings.cors_origin && made->settings.host_names ? TW_OK : tw_fail_memory(error);
 }
 
-static enum tw_status policy_new(struct api *api, struct api_policy **policy, const struct api_settings *settings,
-				 struct tw_error *error)
+static enum tw_status copy_file_keys(struct api_policy *policy, const struct api_policy *old, struct tw_error *error)
 {
-	enum tw_status status = policy_alloc(policy, settings, error);
-	if (status == TW_OK && settings->key_file && settings->key_file[0])
-		status = key_file_read(settings->key_file, &(*policy)->file_keys, &(*policy)->file_key_count, error);
-	if (status == TW_OK)
-		status = read_keys(api, *policy, error);
-	if (status == TW_OK)
+	if (!old->file_key_count)
 		return TW_OK;
-	policy_free(*policy);
-	*policy = NULL;
-	return status;
+	policy->file_keys = calloc(old->file_key_count, sizeof *old->file_keys);
+	if (!policy->file_keys)
+		return tw_fail_memory(error);
+	memcpy(policy->file_keys, old->file_keys, old->file_key_count * sizeof *old->file_keys);
+	policy->file_key_count = old->file_key_count;
+	return TW_OK;
 }
 
-/* The same settings and key file, with the store's keys of today. */
-static enum tw_status policy_renew(struct api *api, const struct api_policy *old, struct api_policy **policy,
-				   struct tw_error *error)
+/* With the store's keys of today. `old`: whose key file is taken over as it was read; NULL: it is read. */
+static enum tw_status policy_new(struct api *api, struct api_policy **policy, const struct api_settings *settings,
+				 const struct api_policy *old, struct tw_error *error)
 {
-	enum tw_status status = policy_alloc(policy, &old->settings, error);
-	if (status == TW_OK && old->file_key_count) {
-		(*policy)->file_keys = calloc(old->file_key_count, sizeof *old->file_keys);
-		(*policy)->file_key_count = (*policy)->file_keys ? old->file_key_count : 0;
-		status = (*policy)->file_keys ? TW_OK : tw_fail_memory(error);
-	}
-	if (status == TW_OK && old->file_key_count)
-		memcpy((*policy)->file_keys, old->file_keys, old->file_key_count * sizeof *old->file_keys);
+	enum tw_status status = policy_alloc(policy, settings, error);
+	if (status == TW_OK && old)
+		status = copy_file_keys(*policy, old, error);
+	else if (status == TW_OK && settings->key_file && settings->key_file[0])
+		status = key_file_read(settings->key_file, &(*policy)->file_keys, &(*policy)->file_key_count, error);
 	if (status == TW_OK)
 		status = read_keys(api, *policy, error);
 	if (status == TW_OK)
@@ -176,9 +169,7 @@ bool api_policy_needs_key(const struct api_policy *policy)
 	return policy->keys != NULL;
 }
 
-/* --- who comes in
- * -----------------------------------------------------------------------------------------------------
- */
+/* --- who comes in ------------------------------------------------------------------------------------------------- */
 
 static int64_t clock_ms(clockid_t clock)
 {
@@ -271,8 +262,7 @@ uint64_t api_wrong_keys(struct api *api)
 	return wrong_keys_count(api->wrong);
 }
 
-/* --- stores ---------------------------------------------------------------------------------------------------------
- */
+/* --- stores ------------------------------------------------------------------------------------------------------- */
 
 static void close_store(void *store)
 {
@@ -347,8 +337,7 @@ bool api_change(struct api *api, int64_t *change)
 	return is_known;
 }
 
-/* --- life -----------------------------------------------------------------------------------------------------------
- */
+/* --- life --------------------------------------------------------------------------------------------------------- */
 
 enum tw_status api_open(struct api **api, const struct api_settings *settings, struct tw_error *error)
 {
@@ -369,7 +358,7 @@ enum tw_status api_open(struct api **api, const struct api_settings *settings, s
 	enum tw_status status = made->store_url && made->meter && made->wrong && made->waiting ? open_first(made, error)
 											       : tw_fail_memory(error);
 	if (status == TW_OK)
-		status = policy_new(made, &made->policy, settings, error);
+		status = policy_new(made, &made->policy, settings, NULL, error);
 	if (status != TW_OK) {
 		api_close(made);
 		return status;
@@ -402,7 +391,7 @@ enum tw_status api_reload(struct api *api, const struct api_settings *settings, 
 {
 	struct api_policy *next = NULL;
 	pthread_mutex_lock(&api->renewal);
-	enum tw_status status = policy_new(api, &next, settings, error);
+	enum tw_status status = policy_new(api, &next, settings, NULL, error);
 	if (status == TW_OK)
 		status = check_reload(api->policy, next, error);
 	if (status == TW_OK)
@@ -423,7 +412,7 @@ static enum tw_status refresh_keys(struct api *api, struct tw_error *error)
 		status = access_change(store, &change, error);
 	if (status != TW_OK || change == api->policy->change)
 		return status;
-	status = policy_renew(api, api->policy, &next, error);
+	status = policy_new(api, &next, &api->policy->settings, api->policy, error);
 	if (status == TW_OK)
 		put_policy(api, next);
 	return status;
