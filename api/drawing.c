@@ -35,12 +35,11 @@ static enum tw_status ask(struct api_call *call, const struct resource *layout, 
 
 static enum tw_status fail_as_job(const struct job *job, struct tw_error *error)
 {
-	static const char *const types[] = {"drawing-failed", "drawing-queued"};
 	if (job->state == JOB_FAILED)
-		return tw_fail(error, job->failure.status, types[0], NULL,
+		return tw_fail(error, job->failure.status, "drawing-failed", NULL,
 			       "the job %s, which was to draw it, failed: %.300s (it can be redriven)", job->id,
 			       job->failure.text);
-	return tw_fail(error, TW_ERROR_LIMIT, types[1], NULL,
+	return tw_fail(error, TW_ERROR_LIMIT, "drawing-queued", NULL,
 		       "the drawing is not made yet: the job %s is %s; ask again in a moment", job->id,
 		       job_state_name(job->state));
 }

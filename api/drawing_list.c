@@ -32,10 +32,9 @@ enum tw_status drawing_refuse_name(const char *name, struct tw_error *error)
 
 static bool has_name(const json_t *list, const char *name)
 {
-	size_t i;
-	const json_t *one;
-	json_array_foreach(list, i,
-			   one) if (!strcmp(json_string_value(json_object_get(one, "name")), name)) return true;
+	for (size_t i = 0; i < json_array_size(list); i++)
+		if (!strcmp(json_string_value(json_object_get(json_array_get(list, i), "name")), name))
+			return true;
 	return false;
 }
 

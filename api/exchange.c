@@ -312,10 +312,10 @@ static enum tw_status check_origin(const struct exchange *exchange, struct tw_er
 static enum tw_status read_submit(struct api_call *call, struct tw_error *error)
 {
 	struct timespec now;
-	clock_gettime(CLOCK_REALTIME, &now);
-	int64_t now_ms = (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 	if (strcmp(call->request.method, "POST") != 0 || !call->request.header)
 		return TW_OK;
+	clock_gettime(CLOCK_REALTIME, &now);
+	int64_t now_ms = (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
 	return submit_parse(&call->submit, call->request.header, call->request.context, now_ms, error);
 }
 

@@ -35,7 +35,6 @@ enum tw_status get_ready(struct api_call *call, struct tw_error *error)
 	return respond_ok(call, error);
 }
 
-/* The service's own figures, then those of the queue. */
 /* Of a batch it may be hours, and nothing is wrong; of interactive jobs not even seconds. */
 static void print_oldest(FILE *out, const struct job_counts *counts)
 {
@@ -50,6 +49,7 @@ static void print_oldest(FILE *out, const struct job_counts *counts)
 			(double)counts->oldest_of_class_ms[class] / 1000);
 }
 
+/* The service's own figures, then those of the queue. */
 enum tw_status get_metrics(struct api_call *call, struct tw_error *error)
 {
 	const struct api_hooks *hooks = &call->settings->hooks;

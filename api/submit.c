@@ -21,8 +21,7 @@ static enum tw_status refuse(const char *name, const char *wanted, struct tw_err
 	return tw_fail(error, TW_ERROR_INPUT, "malformed-header", name, "%s is %s", name, wanted);
 }
 
-/* --- words and numbers ---------------------------------------------------------------------------------------------
- */
+/* --- words and numbers -------------------------------------------------------------------------------------------- */
 
 static enum tw_status read_word(const struct source *source, const char *name, const char **word,
 				struct tw_error *error)
@@ -86,8 +85,7 @@ static enum tw_status read_group(const struct source *source, struct submit *sub
 	return TW_OK;
 }
 
-/* --- times ---------------------------------------------------------------------------------------------------------
- */
+/* --- times -------------------------------------------------------------------------------------------------------- */
 
 bool submit_read_span(const char *text, int64_t *span_ms)
 {
