@@ -1,7 +1,7 @@
 #include "api/job_query.h"
 
 #include "api/job_view.h"
-#include "api/submit.h"
+#include "api/time_text.h"
 #include "solver/names.h"
 
 #include <string.h>
@@ -41,9 +41,9 @@ static enum tw_status parse_age(const struct api_call *call, const char *text, i
 	int64_t span_ms = 0;
 	if (!text)
 		return TW_OK;
-	if (!submit_read_span(text, &span_ms))
+	if (!time_text_read_span(text, &span_ms))
 		return tw_fail(error, TW_ERROR_INPUT, "invalid-parameter", "older_than",
-			       "older_than is " SUBMIT_SPAN_FORM);
+			       "older_than is " TIME_TEXT_SPAN_FORM);
 	*before_ms = store_now_ms(call->store) - span_ms;
 	return TW_OK;
 }

@@ -3,11 +3,11 @@
 #include "api/handlers.h"
 #include "api/json.h"
 #include "api/page.h"
+#include "api/time_text.h"
 #include "solver/option_json.h"
 #include "storage/key.h"
 
 #include <string.h>
-#include <time.h>
 
 #define OVERLAP_DEFAULT_S (24 * 3600)
 
@@ -188,21 +188,13 @@ static enum tw_status parse_limits(const json_t *body, struct key_limits *limits
 static enum tw_status parse_expiry(const json_t *body, int64_t *expires_ms, struct tw_error *error)
 {
 	const char *text = NULL;
-	struct tm parts = {0};
 	*expires_ms = 0;
 	enum tw_status status = json_get_text(body, "expires_at", false, &text, error);
 	if (status != TW_OK || !text)
 		return status;
-	const char *end = strptime(text, "%Y-%m-%dT%H:%M:%S", &parts);
-	struct tm again = parts;
-	if (end && *end == '.') /* as we write it ourselves */
-		end += 1 + strspn(end + 1, "0123456789");
-	time_t seconds = end && !strcmp(end, "Z") ? timegm(&again) : -1;
-	if (seconds < 0 || again.tm_mday != parts.tm_mday)
-		return tw_fail(error, TW_ERROR_INPUT, "json-value", "/expires_at",
-			       "a time is written as 2027-01-31T12:00:00Z");
-	*expires_ms = 1000 * (int64_t)seconds;
-	return TW_OK;
+	if (time_text_read(text, expires_ms) && *expires_ms > 0) /* 0 would be never */
+		return TW_OK;
+	return tw_fail(error, TW_ERROR_INPUT, "json-value", "/expires_at", "a time is written as 2027-01-31T12:00:00Z");
 }
 
 /* Where in the request what storage refuses stands. */

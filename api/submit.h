@@ -10,8 +10,7 @@
  *     Session: WORD                              what is dragged: goes to the worker that did the last of it
  *     Prefer: wait=N, on_disconnect=cancel       hold the connection; and a client that leaves wants it no more
  *
- * A word has 1 to SUBMIT_WORD_MAX visible ASCII characters; a time span is a whole number with one of the units ms, s,
- * m, h, d, seconds without. */
+ * A word has 1 to SUBMIT_WORD_MAX visible ASCII characters; times and time spans are those of api/time_text.h. */
 #ifndef API_SUBMIT_H
 #define API_SUBMIT_H
 
@@ -19,9 +18,6 @@
 #include "tightwire.h"
 
 enum { SUBMIT_WORD_MAX = 64, SUBMIT_PRIORITY_MAX = 1000, SUBMIT_RUNNING_MAX = 100000 };
-#define SUBMIT_SPAN_MAX_MS (366ll * 24 * 3600 * 1000)
-/* What submit_read_span wants, for messages. */
-#define SUBMIT_SPAN_FORM "a time span as 90s, 500ms, 5m, 8h or 2d, or 90 for seconds; more than 0, at most 366d"
 
 struct submit {
 	struct job_request queue; /* without affinity; texts borrowed from the headers */
@@ -32,8 +28,5 @@ struct submit {
  * TW_ERROR_INPUT "malformed-header" with the header's name. */
 enum tw_status submit_parse(struct submit *submit, const char *(*header)(void *context, const char *name),
 			    void *context, int64_t now_ms, struct tw_error *error) TW_NODISCARD;
-
-/* A time span as above, 1 ms to SUBMIT_SPAN_MAX_MS. */
-bool submit_read_span(const char *text, int64_t *span_ms);
 
 #endif

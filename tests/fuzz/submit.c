@@ -1,6 +1,7 @@
 /* The headers that say how a job is queued, the value of one on each line. What is taken is in its
  * limits. */
 #include "api/submit.h"
+#include "api/time_text.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -35,8 +36,8 @@ static void check(const struct submit *submit, int64_t now_ms)
 	if (queue->class < JOB_INTERACTIVE || queue->class > JOB_BATCH || abs(queue->priority) > SUBMIT_PRIORITY_MAX ||
 	    queue->max_running > SUBMIT_RUNNING_MAX || (queue->max_running && !queue->group))
 		abort();
-	if (queue->cancel_after_ms < 0 || queue->cancel_after_ms > SUBMIT_SPAN_MAX_MS ||
-	    queue->not_before_ms > now_ms + SUBMIT_SPAN_MAX_MS || queue->not_before_ms < 0)
+	if (queue->cancel_after_ms < 0 || queue->cancel_after_ms > TIME_TEXT_SPAN_MAX_MS ||
+	    queue->not_before_ms > now_ms + TIME_TEXT_SPAN_MAX_MS || queue->not_before_ms < 0)
 		abort();
 }
 

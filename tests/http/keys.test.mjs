@@ -85,6 +85,25 @@ test('a key that is refused leaves no new tenant behind', async () => {
   });
 });
 
+test('a key expires at a moment, however that is written', async () => {
+  await withKeys({}, async ({ service, root }) => {
+    const make = (name, expires_at) => service.post('/v1/keys', { name, scopes: ['read'], expires_at }, bearer(root));
+    const moment = Date.UTC(2099, 0, 31, 12);
+    const written = ['2099-01-31T12:00:00Z', '2099-01-31T13:00:00+01:00', '2099-01-31t06:30:00.000-05:30', new Date(moment).toISOString()];
+    for (const [i, text] of written.entries()) {
+      const made = await make(`mes-${i}`, text);
+      assert.equal(made.status, 201, text);
+      assert.equal(Date.parse(made.json.expires_at), moment, text);
+    }
+    const wrong = ['', 'soon', '90d', '2099-01-31', '2099-1-31T12:00:00Z', '2099-02-30T12:00:00Z', '2099-01-31T12:00:00', '1970-01-01T00:00:00Z'];
+    for (const text of wrong) {
+      const refused = await make('never', text);
+      assert.equal(refused.status, 422, text);
+      assert.equal(refused.json.type, urn('json-value'), text);
+    }
+  });
+});
+
 test('who may only read ends no job by closing its stream', async () => {
   await withKeys({}, async ({ service, make }) => {
     const [reads, rigs] = [make('viewer', '--scopes', 'read'), make('bench', '--scopes', 'read,rig')];

@@ -1,5 +1,6 @@
 /* What a request may say about its job, header by header. */
 #include "api/submit.h"
+#include "api/time_text.h"
 
 #include <setjmp.h>
 #include <stdarg.h>
@@ -143,7 +144,7 @@ static void times_are_spans_or_dates(void **state)
 		{"2026-12-31T23:59:60Z", 1798761600000},
 	};
 	for (size_t i = 0; i < sizeof dates / sizeof *dates; i++) {
-		if (dates[i].ms > NOW_MS + SUBMIT_SPAN_MAX_MS) {
+		if (dates[i].ms > NOW_MS + TIME_TEXT_SPAN_MAX_MS) {
 			assert_refused("Not-Before", dates[i].text);
 			continue;
 		}
