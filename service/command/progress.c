@@ -1,24 +1,18 @@
 #include "service/command/progress.h"
 
+#include "service/clock.h"
+
 #include <stdbool.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { PERIOD_MS = 50 };
 
 static bool shown;
-static long long next_ms;
-
-static long long now_ms(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (long long)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
+static int64_t next_ms;
 
 void progress_show(const char *format, ...)
 {
-	long long now = now_ms();
+	int64_t now = monotonic_ms();
 	if (now < next_ms || !isatty(STDERR_FILENO))
 		return;
 	next_ms = now + PERIOD_MS;

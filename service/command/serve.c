@@ -5,6 +5,7 @@
  * no new connections, held requests are answered with what is known, running jobs end or go back to the queue; at the
  * latest after --drain-s the rest is cut off, which loses nothing, because jobs whose worker dies are taken up again.
  */
+#include "service/clock.h"
 #include "service/command/command.h"
 #include "service/daemon/config.h"
 #include "service/daemon/http/server.h"
@@ -23,7 +24,6 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/signalfd.h>
-#include <time.h>
 #include <unistd.h>
 
 #define TICK_MS 50
@@ -48,13 +48,6 @@ struct daemon {
 	atomic_bool serves;                   /* supervisor and server are there */
 	int64_t drain_until_ms, give_back_ms; /* while draining; the latter 0 once it is done */
 };
-
-static int64_t now_ms(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 /* --- what the api asks of us ------------------------------------------------------------------------------------ */
 
@@ -287,8 +280,8 @@ static void begin_drain(struct daemon *daemon)
 	if (atomic_exchange(&daemon->draining, true))
 		return;
 	log_event(LOG_LEVEL_INFO, "draining", "active=%u", http_active(daemon->http));
-	daemon->drain_until_ms = now_ms() + 1000 * daemon->config.drain_s;
-	daemon->give_back_ms = now_ms() + 500 * daemon->config.drain_s;
+	daemon->drain_until_ms = monotonic_ms() + 1000 * daemon->config.drain_s;
+	daemon->give_back_ms = monotonic_ms() + 500 * daemon->config.drain_s;
 	http_drain(daemon->http);
 	supervisor_drain(daemon->supervisor);
 }
@@ -296,7 +289,7 @@ static void begin_drain(struct daemon *daemon)
 /* Half of the time is for running jobs to end; then they go back to the queue. */
 static void go_on_draining(struct daemon *daemon)
 {
-	if (!daemon->give_back_ms || now_ms() < daemon->give_back_ms)
+	if (!daemon->give_back_ms || monotonic_ms() < daemon->give_back_ms)
 		return;
 	daemon->give_back_ms = 0;
 	supervisor_drain(daemon->supervisor);
@@ -349,7 +342,7 @@ static bool is_over(const struct daemon *daemon)
 {
 	if (!atomic_load(&daemon->draining))
 		return false;
-	return now_ms() >= daemon->drain_until_ms ||
+	return monotonic_ms() >= daemon->drain_until_ms ||
 	       (!http_active(daemon->http) && !supervisor_alive(daemon->supervisor));
 }
 
@@ -357,7 +350,7 @@ static bool is_over(const struct daemon *daemon)
 static void refresh_keys(struct daemon *daemon)
 {
 	struct tw_error error = {0};
-	int64_t now = now_ms();
+	int64_t now = monotonic_ms();
 	if (now < daemon->refresh_keys_ms)
 		return;
 	daemon->refresh_keys_ms = now + REFRESH_KEYS_MS;

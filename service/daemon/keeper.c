@@ -1,5 +1,6 @@
 #include "service/daemon/keeper.h"
 
+#include "service/clock.h"
 #include "service/log.h"
 #include "service/rig/ending.h"
 #include "storage/queue.h"
@@ -68,13 +69,6 @@ struct told {
 	bool due, recordings, tenants, files, sweep, uses, shrink;
 };
 
-static int64_t now_ms(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
-
 /* Milliseconds until something is due, STEP_MS at most. */
 static int64_t next_due_ms(struct keeper *keeper)
 {
@@ -128,12 +122,12 @@ static void *run(void *context)
 	struct keeper *keeper = context;
 	struct told told = {false};
 	unsigned step = 0;
-	int64_t step_at_ms = now_ms(), wait_ms = 0;
+	int64_t step_at_ms = monotonic_ms(), wait_ms = 0;
 	do {
 		end_what_is_due(keeper, &told);
-		if (now_ms() >= step_at_ms) {
+		if (monotonic_ms() >= step_at_ms) {
 			take_step(keeper, step++, &told);
-			step_at_ms = now_ms() + STEP_MS;
+			step_at_ms = monotonic_ms() + STEP_MS;
 		}
 		wait_ms = next_due_ms(keeper);
 		wait_ms = wait_ms > LEAST_MS ? wait_ms : LEAST_MS;

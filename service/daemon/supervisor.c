@@ -1,5 +1,6 @@
 #include "service/daemon/supervisor.h"
 
+#include "service/clock.h"
 #include "service/log.h"
 
 #include <errno.h>
@@ -9,7 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #define PAUSE_FIRST_MS 100
@@ -35,13 +35,6 @@ struct supervisor {
 	bool draining;
 	struct child workers[]; /* [settings.workers] */
 };
-
-static int64_t now_ms(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 /* --- pipes ------------------------------------------------------------------------------------------------------ */
 
@@ -151,14 +144,14 @@ static void put_off(struct child *worker, int64_t lived_ms)
 {
 	if (lived_ms >= STEADY_MS)
 		worker->pause_ms = PAUSE_FIRST_MS;
-	worker->start_at_ms = now_ms() + worker->pause_ms;
+	worker->start_at_ms = monotonic_ms() + worker->pause_ms;
 	worker->pause_ms = worker->pause_ms * 2 < PAUSE_LAST_MS ? worker->pause_ms * 2 : PAUSE_LAST_MS;
 }
 
 static void start_worker(struct supervisor *supervisor, struct child *worker)
 {
 	int code = spawn_worker(supervisor, worker);
-	worker->started_ms = now_ms();
+	worker->started_ms = monotonic_ms();
 	if (!code) {
 		log_event(LOG_LEVEL_INFO, "worker-started", "pid=%d%s", (int)worker->pid,
 			  is_for_interactive(supervisor, worker) ? " jobs=interactive" : "");
@@ -171,7 +164,7 @@ static void start_worker(struct supervisor *supervisor, struct child *worker)
 
 static void note_end(struct supervisor *supervisor, struct child *worker, int status)
 {
-	int64_t lived_ms = now_ms() - worker->started_ms;
+	int64_t lived_ms = monotonic_ms() - worker->started_ms;
 	bool signalled = WIFSIGNALED(status);
 	log_event(supervisor->draining ? LOG_LEVEL_INFO : LOG_LEVEL_WARNING, "worker-ended",
 		  "pid=%d %s=%d lived_s=%.1f", (int)worker->pid, signalled ? "signal" : "code",
@@ -192,7 +185,7 @@ void supervisor_tick(struct supervisor *supervisor)
 		int status = 0;
 		if (worker->pid && waitpid(worker->pid, &status, WNOHANG) == worker->pid)
 			note_end(supervisor, worker, status);
-		if (!worker->pid && !supervisor->draining && now_ms() >= worker->start_at_ms)
+		if (!worker->pid && !supervisor->draining && monotonic_ms() >= worker->start_at_ms)
 			start_worker(supervisor, worker);
 	}
 	if (supervisor->settings.metrics)

@@ -3,6 +3,7 @@
  * reads only whether it is its own job that is meant. */
 #include "service/worker/pulse.h"
 
+#include "service/clock.h"
 #include "service/log.h"
 
 #include <poll.h>
@@ -10,7 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { BEAT_MS = 300 };
@@ -35,13 +35,6 @@ struct pulse {
 	const char *stage; /* borrowed, static */
 	char *partial;     /* owned; taken by the thread */
 };
-
-static int64_t monotonic_ms(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 static void exit_if_stalled(const struct pulse *pulse)
 {

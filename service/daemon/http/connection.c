@@ -1,6 +1,8 @@
 #include "service/daemon/http/connection.h"
 
 #include "api/route.h"
+#include "service/clock.h"
+#include "service/daemon/http/account.h"
 #include "service/log.h"
 
 #include <errno.h>
@@ -9,7 +11,6 @@
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #define HEAD_SIZE_FIRST 2048u /* of the buffer; most heads fit */
@@ -23,7 +24,6 @@
 #define LINGER_MS 10000
 #define LINGER_STRANGER_BYTES (256u << 10)
 #define LINGER_STRANGER_MS 1000
-#define STATUS_CLIENT_GONE 499 /* in log and metrics, where a client has left before it got an answer */
 
 /* One run of a connection. */
 struct turn {
@@ -33,13 +33,6 @@ struct turn {
 	unsigned reads;
 	enum connection_outcome outcome; /* once there is nothing more to do now */
 };
-
-static int64_t now_us(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
 
 /* The steps below say whether the connection goes on; if not, this is why. */
 static bool stop(struct turn *turn, enum connection_outcome outcome)
@@ -78,23 +71,22 @@ struct http_connection *http_connection_new(struct http_context *context, int so
 	c->address = address;
 	c->relay = RELAY_NONE;
 	snprintf(c->peer, sizeof c->peer, "%s", peer);
-	enter(c, CONNECTION_IDLE, now_us() / 1000);
+	enter(c, CONNECTION_IDLE, monotonic_ms());
 	return c;
 }
 
-/* The engine logs and counts what it was given. */
-static void log_request(const struct http_connection *c, bool is_complete)
+/* The engine accounts for what it was given. */
+static void account_for(const struct http_connection *c, bool is_complete)
 {
-	double seconds = (double)(now_us() - c->started_us) / 1e6;
-	const struct route *route = exchange_route(c->exchange);
-	unsigned status = exchange_response(c->exchange)->status;
-	status = status ? status : STATUS_CLIENT_GONE;
-	metrics_count_request(c->context->metrics, route, status, seconds);
-	log_event(LOG_LEVEL_INFO, "request",
-		  "id=%s peer=%s tenant=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
-		  exchange_request_id(c->exchange), c->peer, exchange_tenant_name(c->exchange),
-		  exchange_key_name(c->exchange), c->head.method ? c->head.method : "", route ? route->path : "",
-		  status, seconds * 1e3, (unsigned long long)c->received, is_complete ? "" : " aborted=true");
+	account_request(c->context->metrics, &(struct account){
+						     .exchange = c->exchange,
+						     .peer = c->peer,
+						     .method = c->head.method,
+						     .status = exchange_response(c->exchange)->status,
+						     .started_us = c->started_us,
+						     .received = c->received,
+						     .is_complete = is_complete,
+					     });
 }
 
 static void end_request(struct http_connection *c, bool is_complete)
@@ -102,7 +94,7 @@ static void end_request(struct http_connection *c, bool is_complete)
 	if (!c->exchange)
 		return;
 	if (c->phase != CONNECTION_RELAYING)
-		log_request(c, is_complete);
+		account_for(c, is_complete);
 	reply_clear(&c->reply);
 	relay_close(&c->relay);
 	exchange_free(c->exchange);
@@ -187,7 +179,7 @@ static bool refuse_late(struct http_connection *c, struct turn *turn, const char
 
 static bool begin_request(struct http_connection *c)
 {
-	c->started_us = now_us();
+	c->started_us = monotonic_us();
 	c->received = 0;
 	c->chunk = (struct chunk){0};
 	c->ends = c->is_cut = c->is_stranger = false;

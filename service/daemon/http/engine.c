@@ -16,7 +16,9 @@
 
 #include "api/exchange.h"
 #include "api/header.h"
+#include "service/clock.h"
 #include "service/daemon/executor.h"
+#include "service/daemon/http/account.h"
 #include "service/log.h"
 
 #include <errno.h>
@@ -29,7 +31,6 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <time.h>
 #include <unistd.h>
 
 #define CONNECTION_MEMORY (64u << 10) /* head of a request, and its read buffer */
@@ -42,7 +43,6 @@
 #define SWALLOW_BYTES (1ull << 30)     /* of a body that has become pointless */
 #define LOOK_MS 50       /* between looks for jobs that ended in a worker which is not ours, while somebody waits */
 #define LOOK_ALL_MS 1000 /* between looks at all who wait, changed or not: a job may have been deleted */
-#define STATUS_CLIENT_GONE 499 /* in log and metrics, where a client has left before it got an answer */
 
 enum phase { PHASE_HEAD, PHASE_BODY, PHASE_ENDING, PHASE_HELD, PHASE_SENDING };
 
@@ -80,13 +80,6 @@ struct engine {
 	bool has_keeper;
 	int wake; /* eventfd */
 };
-
-static int64_t now_us(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
 
 /* --- pairs ------------------------------------------------------------------------------------------------------ */
 
@@ -176,7 +169,7 @@ static bool is_due(struct http_request *request, int64_t now_ms, bool changed)
 /* Resumes what is due; with `all` everything. */
 static void resume_held(struct engine *engine, bool changed, bool all)
 {
-	int64_t now_ms = now_us() / 1000;
+	int64_t now_ms = monotonic_ms();
 	pthread_mutex_lock(&engine->lock);
 	for (struct http_request **link = &engine->held; *link;) {
 		struct http_request *request = *link;
@@ -203,7 +196,7 @@ static void *keep(void *context)
 		if (poll(&wake, 1, atomic_load(&engine->held_count) ? LOOK_MS : -1) > 0 &&
 		    read(engine->wake, &count, sizeof count) < 0 && errno != EAGAIN)
 			break;
-		int64_t now_ms = now_us() / 1000, change = seen;
+		int64_t now_ms = monotonic_ms(), change = seen;
 		if (!atomic_load(&engine->held_count))
 			continue;
 		bool is_known = api_change(engine->settings.api, &change);
@@ -308,7 +301,7 @@ static void *on_request_line(void *context, const char *target, struct MHD_Conne
 	if (!request)
 		return NULL;
 	request->engine = engine;
-	request->started_us = now_us();
+	request->started_us = monotonic_us();
 	request->exchange = exchange_new(engine->settings.api, target);
 	if (!request->exchange) {
 		free(request);
@@ -471,15 +464,18 @@ static enum MHD_Result on_access(void *context, struct MHD_Connection *connectio
 	return *upload_data_size ? take_body(request, upload_data, upload_data_size) : take_end(request);
 }
 
-static void log_request(const struct http_request *request, double seconds, enum MHD_RequestTerminationCode code)
+static void account_for(const struct http_request *request, enum MHD_RequestTerminationCode code)
 {
-	const struct route *route = exchange_route(request->exchange);
-	log_event(LOG_LEVEL_INFO, "request",
-		  "id=%s peer=%s tenant=%s key=%s method=%s route=\"%s\" status=%u ms=%.2f received=%llu%s",
-		  exchange_request_id(request->exchange), request->link->peer, exchange_tenant_name(request->exchange),
-		  exchange_key_name(request->exchange), request->method, route ? route->path : "", request->status,
-		  seconds * 1e3, (unsigned long long)request->received,
-		  code == MHD_REQUEST_TERMINATED_COMPLETED_OK ? "" : " aborted=true");
+	account_request(request->engine->settings.metrics,
+			&(struct account){
+				.exchange = request->exchange,
+				.peer = request->link->peer,
+				.method = request->method,
+				.status = request->status,
+				.started_us = request->started_us,
+				.received = request->received,
+				.is_complete = code == MHD_REQUEST_TERMINATED_COMPLETED_OK,
+			});
 }
 
 static void free_request(struct http_request *request)
@@ -505,14 +501,8 @@ static void on_completed(void *context, struct MHD_Connection *connection, void 
 	if (!request)
 		return;
 	*request_context = NULL;
-	double seconds = (double)(now_us() - request->started_us) / 1e6;
-	if (request->connection) {
-		if (!request->status)
-			request->status = STATUS_CLIENT_GONE;
-		metrics_count_request(engine->settings.metrics, exchange_route(request->exchange), request->status,
-				      seconds);
-		log_request(request, seconds, code);
-	}
+	if (request->connection)
+		account_for(request, code);
 	bool is_alone = code == MHD_REQUEST_TERMINATED_WITH_ERROR || code == MHD_REQUEST_TERMINATED_READ_ERROR ||
 			code == MHD_REQUEST_TERMINATED_CLIENT_ABORT;
 	if ((request->is_gone || is_alone) && !atomic_load(&engine->draining))

@@ -2,6 +2,7 @@
  * moves through the other's inbox. Loop 0 is the front: it has the listening socket and the heads. The others relay. */
 #include "service/daemon/http/server.h"
 
+#include "service/clock.h"
 #include "service/daemon/http/address.h"
 #include "service/daemon/http/connection.h"
 #include "service/log.h"
@@ -15,7 +16,6 @@
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #define ENGINE_CONNECTIONS 65536u /* of the limits in front of it each is lower */
@@ -73,13 +73,6 @@ static const struct tw_error too_many_of_yours = {
 	.type = "too-many-of-one-address",
 	.text = "your address has too many connections; close some, or use one for several requests",
 };
-
-static int64_t now_ms(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_MONOTONIC, &now);
-	return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 static bool is_front(const struct loop *loop)
 {
@@ -212,7 +205,7 @@ static void obey(struct loop *loop, struct client *client, enum connection_outco
 	struct http_server *server = loop->server;
 	struct http_connection *c = client->connection;
 	while (outcome == CONNECTION_IS_IDLE && is_front(loop))
-		outcome = http_connection_run(c, false, loop->scratch, now_ms());
+		outcome = http_connection_run(c, false, loop->scratch, monotonic_ms());
 	switch (outcome) {
 	case CONNECTION_WAITS:
 		listen_to(loop, client);
@@ -231,7 +224,7 @@ static void obey(struct loop *loop, struct client *client, enum connection_outco
 
 static void run(struct loop *loop, struct client *client)
 {
-	obey(loop, client, http_connection_run(client->connection, !is_front(loop), loop->scratch, now_ms()));
+	obey(loop, client, http_connection_run(client->connection, !is_front(loop), loop->scratch, monotonic_ms()));
 }
 
 /* --- new connections ------------------------------------------------------------------------------------------------
@@ -411,7 +404,7 @@ static void *run_loop(void *context)
 	struct http_server *server = loop->server;
 	struct epoll_event events[EVENTS_AT_ONCE];
 	while (!atomic_load(&server->stopping)) {
-		int count = epoll_wait(loop->epoll, events, EVENTS_AT_ONCE, timeout_of(loop, now_ms()));
+		int count = epoll_wait(loop->epoll, events, EVENTS_AT_ONCE, timeout_of(loop, monotonic_ms()));
 		for (int i = 0; i < count; i++) {
 			loop->batch = events + i + 1;
 			loop->batch_size = count - i - 1;
@@ -420,7 +413,7 @@ static void *run_loop(void *context)
 		loop->batch_size = 0;
 		bury(loop);
 		empty_inbox(loop);
-		int64_t now = now_ms();
+		int64_t now = monotonic_ms();
 		bool draining = atomic_load(&server->context.draining);
 
 		if (now >= loop->next_tick_ms || draining)
